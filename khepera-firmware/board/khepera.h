@@ -1,0 +1,50 @@
+/* The Khepera base around the 68331.
+ *
+ * The wiring of the base is not public: every number here that is not marked otherwise is an
+ * ASSUMPTION of ours. This is its only home; firmware and twin both read it. Plain numbers only, so
+ * that any compiler can read it. */
+#ifndef BOARD_KHEPERA_H
+#define BOARD_KHEPERA_H
+
+/* Memory: sizes from the paper, section 3; addresses assumed. */
+#define BOARD_FLASH_BASE  0x000000ul /* CSBOOT */
+#define BOARD_FLASH_SIZE  0x080000ul
+#define BOARD_RAM_BASE    0x100000ul /* CS0 (upper byte) and CS1 (lower byte) */
+#define BOARD_RAM_SIZE    0x080000ul
+#define BOARD_WAIT_STATES 1 /* of both, in system clocks beyond the 3 of a bus cycle */
+
+/* Crystal, and SYNCR for 25.166 MHz (4 * 32768 * (Y+1) * 2^(2W+X), W=1 X=1 Y=23). */
+#define BOARD_CRYSTAL_HZ 32768ul
+#define BOARD_SYNCR      0xD700u
+#define BOARD_SYSTEM_HZ  25165824ul
+
+/* Motors: PWMA = left, PWMB = right, fast mode, 0..255; direction on port GP (1 = forward). */
+#define BOARD_GP_LEFT_FORWARD  5 /* PORTGP bit, OC3 pin as output */
+#define BOARD_GP_RIGHT_FORWARD 6 /* PORTGP bit, OC4 pin as output */
+
+/* Encoders: channel A on an input capture (both edges), channel B on a port GP input.
+ * One count is one edge of A: 12 per mm of wheel travel, 600 a revolution (K-Team's figures).
+ * Rolling forward, B is low at a rising edge of A and high at a falling one. */
+#define BOARD_GP_LEFT_A      0 /* IC1 */
+#define BOARD_GP_RIGHT_A     1 /* IC2 */
+#define BOARD_GP_LEFT_B      2 /* IC3 pin, as plain input */
+#define BOARD_GP_RIGHT_B     7 /* IC4/OC5 pin, as plain input */
+#define BOARD_PULSES_PER_MM  12
+#define BOARD_PULSES_PER_REV 600
+#define BOARD_WHEEL_BASE_MM  53
+
+/* Chip selects of the QSPI (value of PCS[3:0] while selected; 1111 = none). */
+#define BOARD_PCS_ADC              0x0Eu
+#define BOARD_PCS_TURRET           0x0Du /* turret bus */
+/* The vision turret's identity on the turret bus, and its attention line (active low, level). */
+#define BOARD_TURRET_ID            26
+#define BOARD_TURRET_ATTENTION_IRQ 4 /* IRQ4 of port F */
+
+/* LEDs on port F, 1 = on. */
+#define BOARD_PF_LED0 0
+#define BOARD_PF_LED1 1
+
+/* Serial line. */
+#define BOARD_BAUD 9600ul
+
+#endif

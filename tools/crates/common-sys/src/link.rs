@@ -1,0 +1,101 @@
+//! `common/link`: every byte that crosses a wire.
+
+#![allow(unsafe_code)] // calls into C; each with the lengths the header asks for
+
+use crate::ffi;
+
+pub use ffi::{config_status_t as ConfigStatus, report_t as Report, slot_header_t as SlotHeader};
+
+/// Bytes of a vision report.
+pub const REPORT_SIZE: usize = ffi::REPORT_SIZE as usize;
+/// Bytes of a slot header.
+pub const SLOT_HEADER_SIZE: usize = ffi::SLOT_HEADER_SIZE as usize;
+/// Bytes of a slot record.
+pub const SLOT_RECORD_SIZE: usize = ffi::SLOT_RECORD_SIZE as usize;
+/// Bytes of a register write as the base sends it.
+pub const REGISTER_WRITE_BYTES: usize = ffi::REGISTER_WRITE_BYTES as usize;
+/// Bytes of a configuration status.
+pub const CONFIG_STATUS_SIZE: usize = ffi::CONFIG_STATUS_SIZE as usize;
+
+/// CRC-16/CCITT-FALSE of `data`.
+pub fn crc16(data: &[u8]) -> u16 {
+    data.chunks(0x8000).fold(ffi::CRC16_INIT as u16, |crc, piece| {
+        // SAFETY: `piece` is valid for its own length, which fits u16.
+        unsafe { ffi::crc16_ccitt(crc, piece.as_ptr(), piece.len() as u16) }
+    })
+}
+
+/// CRC-32 of `data`.
+pub fn crc32(data: &[u8]) -> u32 {
+    let crc = data.chunks(0x8000).fold(ffi::CRC32_INIT as u32, |crc, piece| {
+        // SAFETY: `piece` is valid for its own length, which fits u16.
+        unsafe { ffi::crc32_update(crc, piece.as_ptr(), piece.len() as u16) }
+    });
+    crc ^ 0xFFFF_FFFF
+}
+
+/// The 32 bytes of `report`, CRC included.
+pub fn report_encode(report: &Report) -> [u8; REPORT_SIZE] {
+    let mut wire = [0; REPORT_SIZE];
+    // SAFETY: `wire` has REPORT_SIZE bytes.
+    unsafe { ffi::report_encode(report, wire.as_mut_ptr()) };
+    wire
+}
+
+/// The report in `wire`, or None if it is damaged or of another version.
+pub fn report_decode(wire: &[u8; REPORT_SIZE]) -> Option<Report> {
+    let mut report = Report::default();
+    // SAFETY: `wire` has REPORT_SIZE bytes.
+    let error = unsafe { ffi::report_decode(wire.as_ptr(), &mut report) };
+    (error == ffi::report_error_t_REPORT_OK).then_some(report)
+}
+
+/// Address and value of the register write in the base's words, if they hold a whole one.
+pub fn register_write_decode(wire: &[u8; REGISTER_WRITE_BYTES]) -> Option<(u8, u16)> {
+    let (mut address, mut value) = (0, 0);
+    // SAFETY: `wire` has REGISTER_WRITE_BYTES bytes.
+    let found = unsafe { ffi::register_write_decode(wire.as_ptr(), &mut address, &mut value) };
+    (found != 0).then_some((address, value))
+}
+
+/// The words by which the base writes an FPGA register.
+pub fn register_write_encode(address: u8, value: u16) -> [u8; REGISTER_WRITE_BYTES] {
+    let mut wire = [0; REGISTER_WRITE_BYTES];
+    // SAFETY: `wire` has REGISTER_WRITE_BYTES bytes.
+    unsafe { ffi::register_write_encode(address, value, wire.as_mut_ptr()) };
+    wire
+}
+
+/// The 64 bytes of a slot header.
+pub fn slot_header_encode(header: &SlotHeader) -> [u8; SLOT_HEADER_SIZE] {
+    let mut wire = [0; SLOT_HEADER_SIZE];
+    // SAFETY: `wire` has SLOT_HEADER_SIZE bytes.
+    unsafe { ffi::slot_header_encode(header, wire.as_mut_ptr()) };
+    wire
+}
+
+/// The slot header in `wire`, or the `slot_error_t` that says what is wrong with it.
+pub fn slot_header_decode(wire: &[u8; SLOT_HEADER_SIZE]) -> Result<SlotHeader, i32> {
+    let mut header = SlotHeader::default();
+    // SAFETY: `wire` has SLOT_HEADER_SIZE bytes.
+    match unsafe { ffi::slot_header_decode(wire.as_ptr(), &mut header) } {
+        ffi::slot_error_t_SLOT_OK => Ok(header),
+        error => Err(error),
+    }
+}
+
+/// The 8 bytes of a slot record; `kind` is `SLOT_RECORD_DEFAULT` or `SLOT_RECORD_GOLDEN`.
+pub fn slot_record_encode(kind: u8, sequence: u32) -> [u8; SLOT_RECORD_SIZE] {
+    let mut wire = [0; SLOT_RECORD_SIZE];
+    // SAFETY: `wire` has SLOT_RECORD_SIZE bytes.
+    unsafe { ffi::slot_record_encode(kind, sequence, wire.as_mut_ptr()) };
+    wire
+}
+
+/// The configuration status in `wire`, or None if its version is unknown.
+pub fn config_status_decode(wire: &[u8; CONFIG_STATUS_SIZE]) -> Option<ConfigStatus> {
+    let mut status = ConfigStatus::default();
+    // SAFETY: `wire` has CONFIG_STATUS_SIZE bytes.
+    let known = unsafe { ffi::config_status_decode(wire.as_ptr(), &mut status) };
+    (known != 0).then_some(status)
+}

@@ -1,0 +1,66 @@
+//! The border between the chip and the board it is soldered to.
+
+use sim::Ps;
+
+/// What the chip drives. A bit of `*_enable` set means that the chip drives that pin; clear, the pin
+/// floats and the board's pull-ups decide.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Driven {
+    /// Ports A..E as general-purpose pins. While a port's pins serve another unit (PB and PD as FD,
+    /// PC and PE7 as GPIFADR), they appear there and are not enabled here.
+    pub port: [u8; 5],
+    /// Which of those pins are outputs (OEA..OEE).
+    pub port_enable: [u8; 5],
+    /// CTL[5:0] of the GPIF; in slave-FIFO mode CTL[2:0] are the flags.
+    pub ctl: u8,
+    /// Which CTL pins are driven.
+    pub ctl_enable: u8,
+    /// FD[15:0].
+    pub fd: u16,
+    /// Which FD pins are driven.
+    pub fd_enable: u16,
+    /// GPIFADR[8:0].
+    pub gpifadr: u16,
+    /// Which GPIFADR pins are driven.
+    pub gpifadr_enable: u16,
+}
+
+/// What the board drives onto the chip's pins, pull-ups included: every bit is a level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sensed {
+    /// Ports A..E.
+    pub port: [u8; 5],
+    /// RDY[5:0].
+    pub rdy: u8,
+    /// FD[15:0].
+    pub fd: u16,
+}
+
+impl Default for Sensed {
+    /// Nothing connected: pull-ups only.
+    fn default() -> Self {
+        Self { port: [0xFF; 5], rdy: 0x3F, fd: 0xFFFF }
+    }
+}
+
+/// What the chip's pins are soldered to.
+///
+/// Times never go backwards from call to call. All methods are called with the time at which the
+/// pins really change or are really sampled, GPIF states included, so that a board can check
+/// set-up, hold and access times.
+pub trait Board {
+    /// The chip changed what it drives, at `now`. Called on change only.
+    fn drive(&mut self, now: Ps, driven: &Driven);
+
+    /// The levels that others put on the pins at `now`.
+    fn sense(&mut self, now: Ps) -> Sensed;
+
+    /// I2C start (or repeated start) and address byte, bit 0 = read. True = acknowledged.
+    fn i2c_start(&mut self, now: Ps, address_and_direction: u8) -> bool;
+    /// One byte to the addressed device. True = acknowledged.
+    fn i2c_write(&mut self, now: Ps, byte: u8) -> bool;
+    /// One byte from the addressed device; `acknowledge` is what the master answers to it.
+    fn i2c_read(&mut self, now: Ps, acknowledge: bool) -> u8;
+    /// I2C stop.
+    fn i2c_stop(&mut self, now: Ps);
+}

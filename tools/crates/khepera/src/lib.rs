@@ -1,0 +1,3 @@
+//! The Khepera base: 68331, motors, encoders, sensors.
+
+pub mod turret_bus;

@@ -1,0 +1,1 @@
+//! The 8051 core of the EZ-USB FX2.

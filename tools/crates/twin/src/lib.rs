@@ -1,0 +1,1 @@
+//! The loop that ties chips and world together.

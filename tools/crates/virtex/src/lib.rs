@@ -1,0 +1,1 @@
+//! The XCV300E: configuration port, register file, and the vision model.

@@ -1,0 +1,1 @@
+//! Pitch, physics, referee and the two-eye renderer.
