@@ -27,7 +27,7 @@ pub fn crc16(data: &[u8]) -> u16 {
 
 /// CRC-32 of `data`.
 pub fn crc32(data: &[u8]) -> u32 {
-    let crc = data.chunks(0x8000).fold(ffi::CRC32_INIT as u32, |crc, piece| {
+    let crc = data.chunks(0x8000).fold(ffi::CRC32_INIT, |crc, piece| {
         // SAFETY: `piece` is valid for its own length, which fits u16.
         unsafe { ffi::crc32_update(crc, piece.as_ptr(), piece.len() as u16) }
     });
