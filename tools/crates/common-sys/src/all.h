@@ -5,6 +5,9 @@
 #include "link/report.h"
 #include "link/requests.h"
 #include "link/slots.h"
+#include "vision/camera.h"
+#include "vision/depth.h"
+#include "vision/robot_eye.h"
 
 #include "fx2-firmware/board/turret.h"
 #include "khepera-firmware/board/khepera.h"

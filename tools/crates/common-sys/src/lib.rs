@@ -2,6 +2,7 @@
 //! its constants. Nothing here computes; nothing elsewhere says `extern "C"`.
 
 pub mod link;
+pub mod vision;
 
 /// Everything bindgen found: constants are for all to use, functions for this crate only.
 #[allow(

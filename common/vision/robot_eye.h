@@ -1,0 +1,40 @@
+/* The robot's eye: from a pair of frames to one vision report.
+ *
+ * This is the golden model of the FPGA's function `soccer`: begin, then each pair of rows from top
+ * to bottom as the cameras deliver them, then end. It computes exactly what the hardware would, on
+ * RGB565 and in integers. Not for interrupts: a frame takes a 68331 far longer than it has.
+ *
+ * What the hardware would hold: everything in robot_eye_t, below 16 KiB, the XCV300E's 32 block
+ * RAMs. */
+#ifndef VISION_ROBOT_EYE_H
+#define VISION_ROBOT_EYE_H
+
+#include <stdint.h>
+
+#include "link/report.h"
+#include "vision/ball.h"
+#include "vision/camera.h"
+
+typedef struct {
+    uint8_t goal_row;     /* epipolar line of the goal, 4..235; FPGA_REG_GOAL_ROW */
+    uint8_t opponent_row; /* epipolar line of the opponent, 4..235; FPGA_REG_OPPONENT_ROW */
+    uint8_t search_max;   /* largest disparity searched, 16..127 px; FPGA_REG_SEARCH_MAX */
+} eye_params_t;
+
+typedef struct {
+    eye_params_t params;
+    ball_finder_t ball;
+} robot_eye_t;
+
+/* Start a pair of frames. Parameters out of range are taken as the nearest one in range. */
+void robot_eye_begin(robot_eye_t *eye, const eye_params_t *params);
+
+/* Take row 0, 1, ... 239 of both eyes, CAMERA_WIDTH_PX RGB565 pixels each. Rows may not be left
+ * out. */
+void robot_eye_row(robot_eye_t *eye, uint8_t row, const uint16_t *left, const uint16_t *right);
+
+/* Finish: fill *report with what the pair shows. sequence, exposure_time, delay and function are
+ * set to 0: they belong to whoever drives the eye. */
+void robot_eye_end(robot_eye_t *eye, report_t *report);
+
+#endif

@@ -1,0 +1,70 @@
+//! `common/vision`: the robot's eye and what its numbers mean on the pitch.
+
+#![allow(unsafe_code)] // calls into C; each with the lengths the header asks for
+
+use core::mem::MaybeUninit;
+
+use crate::ffi;
+pub use crate::link::Report;
+
+pub use ffi::{eye_params_t as EyeParams, ground_point_t as GroundPoint};
+
+/// Pixels of a row.
+pub const WIDTH: usize = ffi::CAMERA_WIDTH_PX as usize;
+/// Rows of a frame.
+pub const HEIGHT: usize = ffi::CAMERA_HEIGHT_PX as usize;
+
+/// The parameters as the FPGA's registers have them after configuration.
+pub const DEFAULT_PARAMS: EyeParams = EyeParams { goal_row: 60, opponent_row: 80, search_max: 79 };
+
+/// What the robot's eye reports of a pair of frames: `WIDTH` * `HEIGHT` RGB565 pixels each, row by
+/// row from the top. `sequence`, `exposure_time`, `delay` and `function` are 0.
+///
+/// # Panics
+/// If a frame has another number of pixels.
+pub fn detect(left: &[u16], right: &[u16], params: &EyeParams) -> Report {
+    assert!(
+        left.len() == WIDTH * HEIGHT && right.len() == WIDTH * HEIGHT,
+        "a frame has {WIDTH}x{HEIGHT} pixels"
+    );
+    let mut eye = MaybeUninit::<ffi::robot_eye_t>::uninit();
+    let mut report = Report::default();
+    // SAFETY: begin initialises all that row and end read; each row slice has WIDTH pixels.
+    unsafe {
+        ffi::robot_eye_begin(eye.as_mut_ptr(), params);
+        for (row, (l, r)) in left.chunks_exact(WIDTH).zip(right.chunks_exact(WIDTH)).enumerate() {
+            ffi::robot_eye_row(eye.as_mut_ptr(), row as u8, l.as_ptr(), r.as_ptr());
+        }
+        ffi::robot_eye_end(eye.as_mut_ptr(), &mut report);
+    }
+    report
+}
+
+/// The RGB565 pixel of an 8-bit colour, as the cameras cut it.
+pub const fn rgb565(red: u8, green: u8, blue: u8) -> u16 {
+    ((red as u16 >> 3) << 11) | ((green as u16 >> 2) << 5) | (blue as u16 >> 3)
+}
+
+/// Depth along the optical axis in mm, or None below 1 px of disparity.
+pub fn depth_mm(disparity_q4: u16) -> Option<u16> {
+    // SAFETY: a pure function of its argument.
+    let depth = unsafe { ffi::depth_mm(disparity_q4) };
+    (depth != ffi::DEPTH_FAR_MM as u16).then_some(depth)
+}
+
+/// Where the point is that the right eye sees at (x, y) with this disparity, or None below 1 px.
+pub fn ground_point(x_q4: u16, y_q4: u16, disparity_q4: u16) -> Option<GroundPoint> {
+    let mut point = GroundPoint::default();
+    // SAFETY: `point` is valid for writing.
+    let found = unsafe { ffi::depth_ground_point(x_q4, y_q4, disparity_q4, &mut point) };
+    (found != 0).then_some(point)
+}
+
+/// Where the point is that the right eye sees at (x, y), known to be `height_mm` above the floor,
+/// or None if the ray never comes down to it.
+pub fn point_on_plane(x_q4: u16, y_q4: u16, height_mm: i16) -> Option<GroundPoint> {
+    let mut point = GroundPoint::default();
+    // SAFETY: `point` is valid for writing.
+    let found = unsafe { ffi::depth_on_plane(x_q4, y_q4, height_mm, &mut point) };
+    (found != 0).then_some(point)
+}
