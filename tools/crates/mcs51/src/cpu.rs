@@ -3,10 +3,7 @@
 use crate::interrupts::request_mask;
 use crate::{Bus, Source, sfr};
 
-/// PSW bits.
-const CY: u8 = 0x80;
-const AC: u8 = 0x40;
-const OV: u8 = 0x04;
+/// PSW bit: odd number of ones in the accumulator.
 const PARITY: u8 = 0x01;
 
 /// PCON bits.
@@ -30,25 +27,25 @@ pub struct Cpu {
     /// the core looks at them before each instruction and never changes them.
     pub requests: u16,
     enabled: u16,
-    pc: u16,
-    acc: u8,
-    b: u8,
+    pub(crate) pc: u16,
+    pub(crate) acc: u8,
+    pub(crate) b: u8,
     /// Without parity, which is worked out when read.
-    psw: u8,
-    sp: u8,
-    dptr: [u16; 2],
-    dps: u8,
+    pub(crate) psw: u8,
+    pub(crate) sp: u8,
+    pub(crate) dptr: [u16; 2],
+    pub(crate) dps: u8,
     pcon: u8,
-    ckcon: u8,
-    mpage: u8,
+    pub(crate) ckcon: u8,
+    pub(crate) mpage: u8,
     ie: u8,
     ip: u8,
     eie: u8,
     eip: u8,
     in_service: u8,
     /// The next instruction runs before any interrupt is taken.
-    hold: bool,
-    iram: [u8; 256],
+    pub(crate) hold: bool,
+    pub(crate) iram: [u8; 256],
 }
 
 impl Default for Cpu {
@@ -92,11 +89,12 @@ impl Cpu {
     /// Takes an interrupt, or executes one instruction, or idles for one cycle; returns the machine
     /// cycles that took (4 clocks each; at least 1).
     pub fn step<B: Bus>(&mut self, bus: &mut B) -> u32 {
-        if self.requests & self.enabled != 0 && !self.hold {
-            if let Some(source) = self.next_interrupt() {
-                self.enter(source, bus);
-                return VECTOR_CYCLES;
-            }
+        if self.requests & self.enabled != 0
+            && !self.hold
+            && let Some(source) = self.next_interrupt()
+        {
+            self.enter(source, bus);
+            return VECTOR_CYCLES;
         }
         if self.pcon & IDLE != 0 {
             return 1;
@@ -192,18 +190,27 @@ impl Cpu {
             sfr::PCON => self.pcon = value | 0x30,
             sfr::CKCON => self.ckcon = value,
             sfr::MPAGE => self.mpage = value,
-            sfr::IE => self.ie = value,
+            sfr::IE => {
+                self.ie = value;
+                self.update_enabled();
+            }
             sfr::IP => self.ip = value | 0x80,
             sfr::PSW => self.psw = value & !PARITY,
             sfr::ACC => self.acc = value,
-            sfr::EIE => self.eie = value | 0xE0,
+            sfr::EIE => {
+                self.eie = value | 0xE0;
+                self.update_enabled();
+            }
             sfr::B => self.b = value,
             sfr::EIP => self.eip = value | 0xE0,
             _ => return false,
         }
-        self.enabled = Source::Resume.mask()
-            | if self.ie & EA != 0 { request_mask(self.ie, self.eie) } else { 0 };
         true
+    }
+
+    fn update_enabled(&mut self) {
+        let masked = if self.ie & EA != 0 { request_mask(self.ie, self.eie) } else { 0 };
+        self.enabled = Source::Resume.mask() | masked;
     }
 
     /// Calls the vector of `source`, out of IDLE if need be.
@@ -216,23 +223,15 @@ impl Cpu {
             SERVICE_LOW
         };
         self.pcon &= !IDLE;
-        self.push(self.pc.to_le_bytes()[0]);
-        self.push(self.pc.to_le_bytes()[1]);
-        self.pc = source.vector();
+        self.call(source.vector());
         bus.acknowledge(source);
     }
-}
 
-impl Cpu {
-    fn push(&mut self, value: u8) {
-        self.sp = self.sp.wrapping_add(1);
-        self.iram[usize::from(self.sp)] = value;
-    }
-
-    /// Executes the instruction at PC; returns its machine cycles.
-    fn execute<B: Bus>(&mut self, bus: &mut B) -> u32 {
-        let _opcode = bus.read_code(self.pc);
-        self.pc = self.pc.wrapping_add(1);
-        1
+    /// Leaves the highest level in service: RETI.
+    pub(crate) fn end_service(&mut self) {
+        let highest = [SERVICE_RESUME, SERVICE_HIGH, SERVICE_LOW]
+            .into_iter()
+            .find(|level| self.in_service & level != 0);
+        self.in_service &= !highest.unwrap_or(0);
     }
 }

@@ -32,6 +32,7 @@
 //! Sources: EZ-USB Technical Reference Manual (Cypress 001-13670, here "TRM").
 
 mod cpu;
+mod execute;
 mod interrupts;
 pub mod sfr;
 
