@@ -32,11 +32,13 @@
 //! Sources: EZ-USB Technical Reference Manual (Cypress 001-13670, here "TRM").
 
 mod cpu;
+mod disassembler;
 mod execute;
 mod interrupts;
 pub mod sfr;
 
 pub use cpu::Cpu;
+pub use disassembler::{Instruction, Operand};
 pub use interrupts::Source;
 
 /// What the core reaches outside itself.

@@ -33,25 +33,32 @@ pub const B: u8 = 0xF0;
 /// Extended interrupt priority.
 pub const EIP: u8 = 0xF8;
 
+/// The name of the core's register at `address`; `None` if the chip owns it.
+#[must_use]
+pub fn name(address: u8) -> Option<&'static str> {
+    Some(match address {
+        SP => "SP",
+        DPL0 => "DPL0",
+        DPH0 => "DPH0",
+        DPL1 => "DPL1",
+        DPH1 => "DPH1",
+        DPS => "DPS",
+        PCON => "PCON",
+        CKCON => "CKCON",
+        MPAGE => "MPAGE",
+        IE => "IE",
+        IP => "IP",
+        PSW => "PSW",
+        ACC => "ACC",
+        EIE => "EIE",
+        B => "B",
+        EIP => "EIP",
+        _ => return None,
+    })
+}
+
 /// Whether the core itself holds the register at `address` (0x80..=0xFF).
 #[must_use]
 pub fn is_core(address: u8) -> bool {
-    matches!(
-        address,
-        SP | DPL0
-            | DPH0
-            | DPL1
-            | DPH1
-            | DPS
-            | PCON
-            | CKCON
-            | MPAGE
-            | IE
-            | IP
-            | PSW
-            | ACC
-            | EIE
-            | B
-            | EIP
-    )
+    name(address).is_some()
 }
