@@ -16,7 +16,7 @@
 #define USB_API_LEVEL      0x01u
 #define USB_BOARD_REVISION 0x01u
 
-/* IN, wValue = wIndex = 0, wLength >= CONFIG_STATUS_SIZE: how the FPGA's configuration stands. */
+/* IN, wValue = wIndex = 0: how the FPGA's configuration stands. */
 #define REQUEST_CONFIG_STATUS 0xB0u
 #define CONFIG_STATUS_SIZE    16u
 #define CONFIG_STATUS_VERSION 1u
