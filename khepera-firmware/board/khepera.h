@@ -40,6 +40,12 @@
 #define BOARD_TURRET_ID            26
 #define BOARD_TURRET_ATTENTION_IRQ 4 /* IRQ4 of port F */
 
+/* ADC: TLC1543 kind, 10 bits. A 16-bit transfer sends the input to convert next in bits 15:12 and
+ * returns the result before in bits 15:6; a conversion takes 21 us. */
+#define BOARD_ADC_PROXIMITY             0 /* inputs 0..7: IR sensors in the order of command N */
+#define BOARD_ADC_BATTERY               8
+#define BOARD_ADC_BATTERY_FULL_SCALE_MV 10000
+
 /* LEDs on port F, 1 = on. */
 #define BOARD_PF_LED0 0
 #define BOARD_PF_LED1 1
