@@ -1,0 +1,533 @@
+//! The FPGA as the turret sees it: configuration port, registers, frames in, reports out.
+//!
+//! What a design does is defined bit for bit by the kernels in `common/vision`; here they are only
+//! called, and their report is held back for as long as the hardware would need.
+//!
+//! Unconfigured, or with a design that the model does not know, the FPGA is a piece of plastic: it
+//! never asks for attention and whoever reads it reads ones.
+
+use common_sys::constants::{
+    FPGA_ID_VALUE, FPGA_REG_COUNT, FPGA_REG_FRAME_COUNT, FPGA_REG_FRAME_RATE, FPGA_REG_FUNCTION,
+    FPGA_REG_GOAL_ROW, FPGA_REG_ID, FPGA_REG_OPPONENT_ROW, FPGA_REG_SEARCH_MAX, FPGA_REG_STREAM,
+    FPGA_SPI_WRITE,
+};
+use common_sys::link::{REGISTER_WRITE_BYTES, REPORT_SIZE, register_write_decode, report_encode};
+use common_sys::vision::{DEFAULT_PARAMS, EyeParams, detect};
+use sim::{Clock, Ps, US};
+
+use crate::config::ConfigPort;
+use crate::design::Function;
+use crate::part::XCV300E;
+
+/// The clock of the design: twice the cameras' greatest pixel clock of 25 MHz. An assumption.
+pub const FPGA_CLOCK: Clock = Clock::new(50_000_000);
+
+/// FPGA clocks from the last pixel of a frame until its report is ready.
+///
+/// Block matching is what takes time. One sequential unit for 8x8 sums of absolute differences
+/// needs 8 clocks a candidate (Yosys: 643 LUTs). At most it has to match four things (two edges of
+/// the goal, opponent, ball) over 128 disparities in 5 rows each; we let it begin only when the
+/// frame is over. 512 clocks remain for sub-pixel fits and for putting the report together.
+pub const REPORT_CLOCKS: u64 = 4 * 128 * 5 * 8 + 512;
+
+/// Unit of the times in a report.
+const REPORT_TICK: Ps = 100 * US;
+
+/// 16-bit words of a report on the turret bus.
+const REPORT_WORDS: usize = REPORT_SIZE / 2;
+
+const REGISTERS: usize = FPGA_REG_COUNT as usize;
+
+/// A pair of frames at the moment its last row is in.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame<'a> {
+    /// End of the last row.
+    pub end: Ps,
+    /// Middle of the exposure.
+    pub mid_exposure: Ps,
+    /// The left eye: 320 * 240 RGB565 pixels, row by row.
+    pub left: &'a [u16],
+    /// The right eye.
+    pub right: &'a [u16],
+    /// `REPORT_EXPOSURE_UNSETTLED` or `REPORT_FRAME_TORN`, as the cameras are.
+    pub flags: u16,
+}
+
+type Wire = [u8; REPORT_SIZE];
+
+/// A transfer over the turret bus, from select to deselect.
+#[derive(Clone, Debug)]
+struct Transfer {
+    /// What is being read: the report that was ready when the base selected us.
+    wire: Option<Wire>,
+    words: usize,
+    received: [u8; REGISTER_WRITE_BYTES],
+}
+
+/// A transfer over SPI, from SS# low to SS# high.
+#[derive(Clone, Copy, Debug, Default)]
+struct Spi {
+    selected: bool,
+    sck: bool,
+    bits: u32,
+    shift_in: u32,
+    value: u16,
+    miso: bool,
+}
+
+/// The FPGA.
+#[derive(Clone, Debug)]
+pub struct Fpga {
+    /// The configuration port. Its pins may be moved at any time.
+    pub port: ConfigPort,
+    generation: u64,
+    function: Option<Function>,
+    started: Ps,
+    registers: [u16; REGISTERS],
+    sequence: u8,
+    /// A report under way, and when it is ready.
+    coming: Option<(Ps, Wire)>,
+    ready: Option<Wire>,
+    transfer: Option<Transfer>,
+    spi: Spi,
+}
+
+impl Fpga {
+    /// At power-on.
+    pub fn new(now: Ps) -> Self {
+        Self {
+            port: ConfigPort::new(&XCV300E, now),
+            generation: 0,
+            function: None,
+            started: now,
+            registers: reset_registers(None),
+            sequence: 0,
+            coming: None,
+            ready: None,
+            transfer: None,
+            spi: Spi { miso: true, ..Spi::default() },
+        }
+    }
+
+    /// What the running design does.
+    pub fn function(&mut self, now: Ps) -> Option<Function> {
+        self.settle(now);
+        self.function
+    }
+
+    /// Value of a register, or None while no known design runs or if there is no such register.
+    pub fn register(&mut self, now: Ps, address: u8) -> Option<u16> {
+        self.settle(now);
+        self.function?;
+        self.registers.get(usize::from(address)).copied()
+    }
+
+    /// Frames per second that the design asks of the cameras; None while none runs.
+    pub fn frame_rate(&mut self, now: Ps) -> Option<u16> {
+        self.register(now, FPGA_REG_FRAME_RATE as u8)
+    }
+
+    /// Whether the streaming pins drive FD[15:0].
+    pub fn streams(&mut self, now: Ps) -> bool {
+        self.register(now, FPGA_REG_STREAM as u8) == Some(1)
+    }
+
+    /// Both cameras have delivered their last row.
+    ///
+    /// # Panics
+    /// If an eye has not 320 * 240 pixels.
+    pub fn frame(&mut self, frame: &Frame<'_>) {
+        self.settle(frame.end);
+        let Some(function) = self.function else { return };
+        let count = &mut self.registers[FPGA_REG_FRAME_COUNT as usize];
+        *count = count.wrapping_add(1);
+        if function != Function::Soccer {
+            return;
+        }
+        let mut report = detect(frame.left, frame.right, &self.eye_params());
+        let ready = frame.end + FPGA_CLOCK.edge(REPORT_CLOCKS);
+        report.function = function.code();
+        report.sequence = self.sequence;
+        report.flags |= frame.flags;
+        report.exposure_time = self.ticks(frame.mid_exposure);
+        report.delay = ((ready - frame.end) / REPORT_TICK).min(255) as u8;
+        self.sequence = self.sequence.wrapping_add(1);
+        self.coming = Some((ready, report_encode(&report)));
+    }
+
+    /// Level of the attention line: low from when a report is ready until it has been read.
+    pub fn attention(&mut self, now: Ps) -> bool {
+        self.settle(now);
+        self.ready.is_none()
+    }
+
+    /// When the attention line or INIT# changes by itself next.
+    pub fn next_event(&self, now: Ps) -> Option<Ps> {
+        let report = self.coming.as_ref().map(|(ready, _)| *ready);
+        report.into_iter().chain(self.port.next_event(now)).min()
+    }
+
+    /// The base selects the turret (`true`) or lets go of it.
+    pub fn select(&mut self, now: Ps, selected: bool) {
+        self.settle(now);
+        if selected == self.transfer.is_some() {
+            return;
+        }
+        let wire = self.ready;
+        self.transfer = selected.then_some(Transfer { wire, words: 0, received: [0; _] });
+    }
+
+    /// The base sends `word` of `bits` bits and gets the same number back, right-aligned. A report
+    /// comes in 16 words of 16 bits after select; beyond it, in other sizes, without a report or
+    /// without select come ones.
+    pub fn exchange(&mut self, now: Ps, word: u16, bits: u8) -> u16 {
+        self.settle(now);
+        let ones = u16::MAX >> (16 - u32::from(bits.clamp(1, 16)));
+        let Some(transfer) = &mut self.transfer else { return ones };
+        if self.function.is_none() || bits != 16 || transfer.words >= REPORT_WORDS {
+            return ones;
+        }
+        let at = 2 * transfer.words;
+        transfer.words += 1;
+        if let Some(place) = transfer.received.get_mut(at..at + 2) {
+            place.copy_from_slice(&word.to_be_bytes());
+        }
+        let received = (at + 2 == REGISTER_WRITE_BYTES).then_some(transfer.received);
+        let wire = transfer.wire;
+        let last = transfer.words == REPORT_WORDS;
+        if let Some((address, value)) = received.and_then(|bytes| register_write_decode(&bytes)) {
+            self.write_register(address, value);
+        }
+        // A newer report that came meanwhile keeps its claim to attention.
+        if last && wire == self.ready {
+            self.ready = None;
+        }
+        wire.map_or(ones, |wire| u16::from_be_bytes([wire[at], wire[at + 1]]))
+    }
+
+    /// Levels of the register port's pins (SPI mode 0). Call on every change.
+    pub fn spi_pins(&mut self, now: Ps, ss_low: bool, sck: bool, mosi: bool) {
+        self.settle(now);
+        if !ss_low || self.function.is_none() {
+            self.spi = Spi { miso: true, sck, ..Spi::default() };
+            return;
+        }
+        if !self.spi.selected {
+            self.spi = Spi { selected: true, miso: true, sck, ..Spi::default() };
+            return;
+        }
+        match (self.spi.sck, sck) {
+            (false, true) => self.spi_sample(mosi),
+            (true, false) => {
+                // The value follows the address byte, most significant bit first.
+                self.spi.miso = match self.spi.bits {
+                    8..24 => self.spi.value >> (23 - self.spi.bits) & 1 != 0,
+                    _ => true,
+                };
+            }
+            _ => {}
+        }
+        self.spi.sck = sck;
+    }
+
+    /// Level of MISO: ones unless a value is being read.
+    pub fn spi_miso(&self) -> bool {
+        self.spi.miso
+    }
+
+    fn spi_sample(&mut self, mosi: bool) {
+        self.spi.shift_in = self.spi.shift_in << 1 | u32::from(mosi);
+        self.spi.bits = (self.spi.bits + 1).min(25);
+        let write = |byte: u32| byte & FPGA_SPI_WRITE != 0;
+        match self.spi.bits {
+            8 if !write(self.spi.shift_in) => {
+                let address = self.spi.shift_in as usize & 0x7F;
+                self.spi.value = self.registers.get(address).copied().unwrap_or(0xFFFF);
+            }
+            8 => self.spi.value = 0xFFFF,
+            24 if write(self.spi.shift_in >> 16) => {
+                let address = (self.spi.shift_in >> 16 & 0x7F) as u8;
+                self.write_register(address, self.spi.shift_in as u16);
+            }
+            _ => {}
+        }
+    }
+
+    /// Writes to read-only and missing registers change nothing; values out of range are taken as
+    /// the nearest one in range.
+    fn write_register(&mut self, address: u8, value: u16) {
+        let range = match u32::from(address) {
+            FPGA_REG_STREAM => 0..=1,
+            FPGA_REG_GOAL_ROW | FPGA_REG_OPPONENT_ROW => 4..=235,
+            FPGA_REG_SEARCH_MAX => 16..=127,
+            FPGA_REG_FRAME_RATE => 1..=40,
+            _ => return,
+        };
+        self.registers[usize::from(address)] = value.clamp(*range.start(), *range.end());
+    }
+
+    fn eye_params(&self) -> EyeParams {
+        // The ranges of the registers are those of a byte.
+        let byte = |address: u32| self.registers[address as usize] as u8;
+        EyeParams {
+            goal_row: byte(FPGA_REG_GOAL_ROW),
+            opponent_row: byte(FPGA_REG_OPPONENT_ROW),
+            search_max: byte(FPGA_REG_SEARCH_MAX),
+        }
+    }
+
+    /// The design's own time, which begins when it does.
+    fn ticks(&self, at: Ps) -> u16 {
+        (at.saturating_sub(self.started) / REPORT_TICK) as u16
+    }
+
+    /// Let happen what time and configuration bring.
+    fn settle(&mut self, now: Ps) {
+        let generation = self.port.generation(now);
+        if generation != self.generation {
+            self.generation = generation;
+            self.restart(now);
+        }
+        if let Some((_, wire)) = self.coming.take_if(|(ready, _)| *ready <= now) {
+            self.ready = Some(wire);
+        }
+    }
+
+    /// A design comes to life or dies: nothing of the one before remains.
+    fn restart(&mut self, now: Ps) {
+        self.function = self.port.design().map(|design| design.function);
+        self.started = now;
+        self.registers = reset_registers(self.function);
+        self.sequence = 0;
+        self.coming = None;
+        self.ready = None;
+        self.transfer = None;
+        self.spi = Spi { miso: true, ..Spi::default() };
+    }
+}
+
+fn reset_registers(function: Option<Function>) -> [u16; REGISTERS] {
+    let mut registers = [0; REGISTERS];
+    registers[FPGA_REG_ID as usize] = FPGA_ID_VALUE as u16;
+    registers[FPGA_REG_FUNCTION as usize] = function.map_or(0, |f| u16::from(f.code()));
+    registers[FPGA_REG_GOAL_ROW as usize] = u16::from(DEFAULT_PARAMS.goal_row);
+    registers[FPGA_REG_OPPONENT_ROW as usize] = u16::from(DEFAULT_PARAMS.opponent_row);
+    registers[FPGA_REG_SEARCH_MAX as usize] = u16::from(DEFAULT_PARAMS.search_max);
+    registers[FPGA_REG_FRAME_RATE as usize] = 40;
+    registers
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bitstream::{Options, make, make_partial};
+    use crate::config::POWER_ON_PS;
+    use common_sys::constants::{REPORT_BALL, REPORT_FRAME_TORN};
+    use common_sys::link::{Report, register_write_encode, report_decode};
+    use common_sys::vision::{HEIGHT, WIDTH, rgb565};
+    use sim::{MS, NS};
+
+    const GREEN: u16 = rgb565(40, 120, 40);
+    const YELLOW: u16 = rgb565(230, 220, 40);
+    const FIRST_FRAME: Ps = 1_000 * MS;
+
+    fn send(fpga: &mut Fpga, now: &mut Ps, bytes: &[u8]) {
+        fpga.port.set_selected(*now, true);
+        for &byte in bytes {
+            *now += 100 * NS;
+            fpga.port.cclk_rises(*now, byte, *now - 50 * NS);
+        }
+    }
+
+    fn configured(function: Function) -> Fpga {
+        let mut fpga = Fpga::new(0);
+        let mut now = POWER_ON_PS;
+        send(&mut fpga, &mut now, &make(function, &Options::default()));
+        assert_eq!(fpga.function(now), Some(function));
+        fpga
+    }
+
+    /// Both eyes see a yellow disc of radius 20 px in row 150, the left one `disparity` further
+    /// right.
+    fn ball(disparity: usize) -> [Vec<u16>; 2] {
+        [disparity, 0].map(|shift| {
+            let mut pixels = vec![GREEN; WIDTH * HEIGHT];
+            for (y, row) in pixels.chunks_exact_mut(WIDTH).enumerate() {
+                for (x, pixel) in row.iter_mut().enumerate() {
+                    if (x.abs_diff(120 + shift)).pow(2) + y.abs_diff(150).pow(2) <= 400 {
+                        *pixel = YELLOW;
+                    }
+                }
+            }
+            pixels
+        })
+    }
+
+    fn show(fpga: &mut Fpga, end: Ps) {
+        let [left, right] = ball(20);
+        let flags = REPORT_FRAME_TORN as u16;
+        let mid_exposure = end - 20 * MS;
+        fpga.frame(&Frame { end, mid_exposure, left: &left, right: &right, flags });
+    }
+
+    fn read_words(fpga: &mut Fpga, now: Ps, words: &[u16; REPORT_WORDS]) -> Wire {
+        fpga.select(now, true);
+        let mut wire = [0; REPORT_SIZE];
+        for (place, &word) in wire.chunks_exact_mut(2).zip(words) {
+            place.copy_from_slice(&fpga.exchange(now, word, 16).to_be_bytes());
+        }
+        fpga.select(now, false);
+        wire
+    }
+
+    fn read(fpga: &mut Fpga, now: Ps) -> Option<Report> {
+        report_decode(&read_words(fpga, now, &[0; REPORT_WORDS]))
+    }
+
+    #[test]
+    fn unconfigured_it_is_silent_and_reads_as_ones() {
+        let mut fpga = Fpga::new(0);
+        show(&mut fpga, FIRST_FRAME);
+        assert!(fpga.attention(FIRST_FRAME + MS));
+        assert_eq!(read_words(&mut fpga, FIRST_FRAME + MS, &[0; 16]), [0xFF; REPORT_SIZE]);
+        assert_eq!(fpga.register(FIRST_FRAME, 0), None);
+        assert_eq!(fpga.next_event(FIRST_FRAME), None);
+    }
+
+    #[test]
+    fn a_report_comes_after_its_delay_and_attention_ends_when_it_is_read() {
+        let mut fpga = configured(Function::Soccer);
+        let started = fpga.started;
+        show(&mut fpga, FIRST_FRAME);
+        let ready = FIRST_FRAME + FPGA_CLOCK.edge(REPORT_CLOCKS);
+        assert_eq!(fpga.next_event(FIRST_FRAME), Some(ready));
+        assert!(fpga.attention(ready - 1));
+        assert!(!fpga.attention(ready));
+        let report = read(&mut fpga, ready).expect("it is whole");
+        assert!(fpga.attention(ready));
+        assert_eq!(report.function, Function::Soccer.code());
+        assert_eq!(report.sequence, 0);
+        assert_eq!(report.delay, 4, "420 us");
+        assert_eq!(report.flags & REPORT_FRAME_TORN as u16, REPORT_FRAME_TORN as u16);
+        let exposed = (FIRST_FRAME - 20 * MS - started) / REPORT_TICK;
+        assert_eq!(report.exposure_time, exposed as u16);
+        assert_eq!(report.flags & REPORT_BALL as u16, REPORT_BALL as u16);
+        assert!(report.ball_disparity_q4.abs_diff(20 * 16) <= 8, "{}", report.ball_disparity_q4);
+    }
+
+    #[test]
+    fn a_report_that_is_not_read_to_its_end_can_be_read_again() {
+        let mut fpga = configured(Function::Soccer);
+        show(&mut fpga, FIRST_FRAME);
+        let now = FIRST_FRAME + MS;
+        fpga.select(now, true);
+        for _ in 0..15 {
+            fpga.exchange(now, 0, 16);
+        }
+        fpga.select(now, false);
+        assert!(!fpga.attention(now));
+        assert!(read(&mut fpga, now).is_some());
+        assert!(fpga.attention(now));
+    }
+
+    #[test]
+    fn a_report_is_never_torn_by_a_newer_one() {
+        let mut fpga = configured(Function::Soccer);
+        show(&mut fpga, FIRST_FRAME);
+        let mut now = FIRST_FRAME + MS;
+        fpga.select(now, true);
+        let mut wire = [0; REPORT_SIZE];
+        for (index, place) in wire.chunks_exact_mut(2).enumerate() {
+            if index == 5 {
+                show(&mut fpga, now);
+                now += MS;
+            }
+            place.copy_from_slice(&fpga.exchange(now, 0, 16).to_be_bytes());
+        }
+        fpga.select(now, false);
+        assert_eq!(report_decode(&wire).map(|report| report.sequence), Some(0));
+        assert!(!fpga.attention(now), "the newer one waits");
+        assert_eq!(read(&mut fpga, now).map(|report| report.sequence), Some(1));
+    }
+
+    #[test]
+    fn capture_counts_frames_but_never_reports() {
+        let mut fpga = configured(Function::Capture);
+        show(&mut fpga, FIRST_FRAME);
+        assert_eq!(fpga.next_event(FIRST_FRAME), None);
+        assert!(fpga.attention(FIRST_FRAME + MS));
+        assert_eq!(fpga.register(FIRST_FRAME, FPGA_REG_FRAME_COUNT as u8), Some(1));
+    }
+
+    #[test]
+    fn the_base_writes_registers_while_it_reads_a_report() {
+        let mut fpga = configured(Function::Soccer);
+        let now = FIRST_FRAME;
+        let words = |wire: [u8; REGISTER_WRITE_BYTES]| {
+            let mut words = [0; REPORT_WORDS];
+            for (word, bytes) in words.iter_mut().zip(wire.chunks_exact(2)) {
+                *word = u16::from_be_bytes([bytes[0], bytes[1]]);
+            }
+            words
+        };
+        let write = words(register_write_encode(FPGA_REG_SEARCH_MAX as u8, 100));
+        read_words(&mut fpga, now, &write);
+        assert_eq!(fpga.register(now, FPGA_REG_SEARCH_MAX as u8), Some(100));
+        for bit in 0..16 {
+            let mut damaged = words(register_write_encode(FPGA_REG_SEARCH_MAX as u8, 50));
+            damaged[1] ^= 1 << bit;
+            read_words(&mut fpga, now, &damaged);
+            assert_eq!(fpga.register(now, FPGA_REG_SEARCH_MAX as u8), Some(100));
+        }
+        let id = words(register_write_encode(FPGA_REG_ID as u8, 1));
+        read_words(&mut fpga, now, &id);
+        assert_eq!(fpga.register(now, FPGA_REG_ID as u8), Some(FPGA_ID_VALUE as u16));
+    }
+
+    /// One SPI transfer of `bytes`; what MISO showed at the rising edges.
+    fn spi(fpga: &mut Fpga, now: Ps, bytes: &[u8]) -> Vec<u8> {
+        fpga.spi_pins(now, true, false, false);
+        let read = bytes.iter().map(|byte| {
+            (0..8).rev().fold(0, |read, bit| {
+                let mosi = byte >> bit & 1 != 0;
+                fpga.spi_pins(now, true, false, mosi);
+                let level = fpga.spi_miso();
+                fpga.spi_pins(now, true, true, mosi);
+                read << 1 | u8::from(level)
+            })
+        });
+        let read = read.collect();
+        fpga.spi_pins(now, true, false, false);
+        fpga.spi_pins(now, false, false, false);
+        read
+    }
+
+    #[test]
+    fn spi_reads_and_writes_registers() {
+        let mut fpga = configured(Function::Capture);
+        let now = FIRST_FRAME;
+        assert_eq!(spi(&mut fpga, now, &[FPGA_REG_ID as u8, 0, 0]), [0xFF, 0x53, 0x01]);
+        assert_eq!(spi(&mut fpga, now, &[FPGA_REG_FUNCTION as u8, 0, 0])[2], 2);
+        assert_eq!(spi(&mut fpga, now, &[0x7F, 0, 0]), [0xFF; 3]);
+        spi(&mut fpga, now, &[0x80 | FPGA_REG_STREAM as u8, 0, 1]);
+        assert!(fpga.streams(now));
+        spi(&mut fpga, now, &[0x80 | FPGA_REG_FRAME_RATE as u8, 0x01, 0x00]);
+        assert_eq!(fpga.frame_rate(now), Some(40), "the nearest in range");
+        spi(&mut fpga, now, &[0x80 | FPGA_REG_FRAME_RATE as u8, 0]);
+        assert_eq!(fpga.frame_rate(now), Some(40), "a transfer cut short changes nothing");
+    }
+
+    #[test]
+    fn a_new_design_starts_with_fresh_registers() {
+        let mut fpga = configured(Function::Soccer);
+        let mut now = FIRST_FRAME;
+        show(&mut fpga, now);
+        now += MS;
+        spi(&mut fpga, now, &[0x80 | FPGA_REG_STREAM as u8, 0, 1]);
+        assert!(!fpga.attention(now));
+        send(&mut fpga, &mut now, &make_partial(Function::Capture, &Options::default()));
+        assert_eq!(fpga.function(now), Some(Function::Capture));
+        assert!(fpga.attention(now));
+        assert!(!fpga.streams(now));
+    }
+}
