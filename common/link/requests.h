@@ -30,6 +30,7 @@
 #define CONFIG_NO_INIT    5u    /* INIT# did not rise after PROG#: no FPGA, or no supply */
 #define CONFIG_CRC_ERROR  6u    /* INIT# fell: the FPGA's CRC found the bitstream damaged */
 #define CONFIG_NO_DONE    7u    /* all bytes are in but DONE stays low: not a whole bitstream */
+#define CONFIG_BUS_STUCK  8u    /* a block did not get from flash to FPGA in its time */
 #define CONFIG_NO_SLOT    0xFFu /* config_status_t.slot: none */
 
 typedef struct {

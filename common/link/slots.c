@@ -2,19 +2,7 @@
 
 #include "link/bytes.h"
 #include "link/crc.h"
-
-/* Offsets of the header's wire format; docs/SPEC.md section 3. */
-enum {
-    AT_MAGIC = 0,
-    AT_VERSION = 4,
-    AT_FUNCTION = 5,
-    AT_LENGTH = 8,
-    AT_CRC32 = 12,
-    AT_GENERATION = 16,
-    AT_PART = 20,
-    AT_NAME = 36,
-    AT_CRC16 = 62
-};
+#include "link/slot_layout.h"
 
 static void copy_text(char *to, const char *from, uint8_t size)
 {
@@ -43,55 +31,17 @@ void slot_header_encode(const slot_header_t *header, uint8_t wire[SLOT_HEADER_SI
     be_put16(wire + AT_CRC16, crc16_ccitt(CRC16_INIT, wire, AT_CRC16));
 }
 
-static uint8_t all_erased(const uint8_t *wire, uint8_t size)
-{
-    while (size--) {
-        if (*wire++ != 0xFFu)
-            return 0;
-    }
-    return 1;
-}
-
 slot_error_t slot_header_decode(const uint8_t wire[SLOT_HEADER_SIZE], slot_header_t *header)
 {
-    uint32_t length;
+    slot_error_t error = slot_header_check(wire);
 
-    if (all_erased(wire, SLOT_HEADER_SIZE))
-        return SLOT_EMPTY;
-    if (be_get32(wire + AT_MAGIC) != SLOT_HEADER_MAGIC ||
-        be_get16(wire + AT_CRC16) != crc16_ccitt(CRC16_INIT, wire, AT_CRC16))
-        return SLOT_BAD_HEADER;
-    if (wire[AT_VERSION] != SLOT_HEADER_VERSION)
-        return SLOT_BAD_VERSION;
-    length = be_get32(wire + AT_LENGTH);
-    if (length == 0 || length > BANK_HEADER_AT)
-        return SLOT_BAD_LENGTH;
-
+    if (error != SLOT_OK)
+        return error;
     header->function = wire[AT_FUNCTION];
-    header->length = length;
+    header->length = slot_header_length(wire);
     header->crc32 = be_get32(wire + AT_CRC32);
-    header->generation = be_get32(wire + AT_GENERATION);
+    header->generation = slot_header_generation(wire);
     copy_text(header->part, (const char *)wire + AT_PART, SLOT_PART_SIZE);
     copy_text(header->name, (const char *)wire + AT_NAME, SLOT_NAME_SIZE);
     return SLOT_OK;
-}
-
-void slot_record_encode(uint8_t kind, uint32_t sequence, uint8_t wire[SLOT_RECORD_SIZE])
-{
-    wire[0] = kind;
-    wire[1] = 0;
-    be_put32(wire + 2, sequence);
-    be_put16(wire + 6, crc16_ccitt(CRC16_INIT, wire, 6));
-}
-
-uint8_t slot_record_decode(const uint8_t wire[SLOT_RECORD_SIZE], uint32_t *sequence)
-{
-    if (all_erased(wire, SLOT_RECORD_SIZE))
-        return SLOT_RECORD_FREE;
-    if (be_get16(wire + 6) != crc16_ccitt(CRC16_INIT, wire, 6))
-        return 0;
-    if (wire[0] != SLOT_RECORD_DEFAULT && wire[0] != SLOT_RECORD_GOLDEN)
-        return 0;
-    *sequence = be_get32(wire + 2);
-    return wire[0];
 }
