@@ -1,0 +1,70 @@
+#include "board/crash.h"
+
+#include <stddef.h>
+
+#include "link/crc.h"
+
+#define CRASH_MAGIC       0x43525348ul /* "CRSH" */
+/* An ELF note: name size, description size, type, then the name "GNU\0". */
+#define NOTE_HEADER_BYTES 16u
+
+extern uint32_t stack_bottom[];
+extern uint32_t stack_top[];
+extern const uint8_t build_id_note[];
+
+static crash_record_t record __attribute__((section(".noinit")));
+uint32_t crash_registers[16] __attribute__((section(".noinit")));
+
+static uint16_t record_crc(void)
+{
+    return crc16_ccitt(CRC16_INIT, (const uint8_t *)&record, offsetof(crash_record_t, crc));
+}
+
+void crash_save(const uint16_t *frame)
+{
+    unsigned i;
+
+    for (i = 0; i < 16; i++)
+        record.registers[i] = crash_registers[i];
+    /* A frame may end with the stack: do not read beyond it and fault again. */
+    for (i = 0; i < CRASH_FRAME_WORDS; i++)
+        record.frame[i] = &frame[i] < (const uint16_t *)stack_top ? frame[i] : 0;
+    for (i = 0; i < BUILD_ID_BYTES; i++)
+        record.build_id[i] = build_id()[i];
+    record.magic = CRASH_MAGIC;
+    record.crc = record_crc();
+}
+
+const crash_record_t *crash_last(void)
+{
+    return record.magic == CRASH_MAGIC && record.crc == record_crc() ? &record : NULL;
+}
+
+void crash_clear(void)
+{
+    record.magic = 0;
+}
+
+uint8_t crash_vector(const crash_record_t *crash)
+{
+    return (uint8_t)((crash->frame[3] & 0x0FFFu) / 4u);
+}
+
+uint32_t crash_pc(const crash_record_t *crash)
+{
+    return (uint32_t)crash->frame[1] << 16 | crash->frame[2];
+}
+
+const uint8_t *build_id(void)
+{
+    return build_id_note + NOTE_HEADER_BYTES;
+}
+
+uint32_t stack_high_water(void)
+{
+    const uint32_t *at = stack_bottom;
+
+    while (at < stack_top && *at == STACK_PAINT)
+        at++;
+    return (uint32_t)((const uint8_t *)stack_top - (const uint8_t *)at);
+}

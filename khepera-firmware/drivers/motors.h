@@ -1,0 +1,16 @@
+/* The two motors: pulse-width modulation (fast mode, 24.6 kHz) and direction. */
+#ifndef DRIVERS_MOTORS_H
+#define DRIVERS_MOTORS_H
+
+#include <stdint.h>
+
+#define MOTOR_FULL 255 /* largest duty, of 256 */
+
+/* Both motors off, pins under control. Call once. */
+void motors_init(void);
+
+/* Duty of both, -MOTOR_FULL..MOTOR_FULL, clamped; positive = forward. May be called from an
+ * interrupt. */
+void motors_drive(int16_t left, int16_t right);
+
+#endif

@@ -1,0 +1,31 @@
+/* The turret bus: fetches the vision turret's report.
+ *
+ * The turret pulls its attention line (level-sensitive IRQ4) low; the interrupt starts one run of
+ * the QSPI queue (16 words of 16 bits, 2.1 MHz, 0.13 ms), whose end hands the report over. While
+ * a run is on, or if the line stays low after it, the line's interrupt is off: turret_poll() turns
+ * it on again, so a stuck line costs one run a tick and no more. */
+#ifndef DRIVERS_TURRET_H
+#define DRIVERS_TURRET_H
+
+#include <stdint.h>
+
+#define TURRET_REPORT_BYTES 32u
+
+/* Set the QSPI and the attention interrupt up. Call once, interrupts still masked. */
+void turret_init(void);
+
+/* Once a tick: gives a run up that does not end, and watches a line that stays low. */
+void turret_poll(void);
+
+/* If a report arrived since the last call: copies it, sets *age_fine to the time since its
+ * attention interrupt (tick_fine() units) and returns 1; else 0. Newest wins. */
+int turret_take(uint8_t wire[TURRET_REPORT_BYTES], uint16_t *age_fine);
+
+/* 1 if turret_take() would return a report. */
+int turret_pending(void);
+
+/* Reports that were overwritten before anybody took them, and runs given up; both saturate. */
+uint16_t turret_overruns(void);
+uint16_t turret_timeouts(void);
+
+#endif

@@ -1,0 +1,137 @@
+#include "soccer/sighting.h"
+
+#include "link/registers.h"
+#include "soccer/angle.h"
+#include "vision/camera.h"
+#include "vision/depth.h"
+
+/* How far the lenses are ahead of the middle between the wheels. An assumption: the makers' drawing
+ * is not public. */
+#define LENS_FORWARD_MM 0
+
+#define BALL_RADIUS_MM      ((BALL_DIAMETER_MM + 1) / 2)
+/* Rows of the epipolar lines after reset of the FPGA; nobody changes them. */
+#define GOAL_ROW            60u
+#define OPPONENT_ROW        80u
+/* One standard deviation of a disparity, 1/16 px: 0.4 px of noise and misalignment. */
+#define DISPARITY_SIGMA     6u
+#define SIGMA_MAX_MM        400u
+/* A ball farther than the pitch's diagonal is none, nor is one whose middle is well above or below
+ * where a ball on the floor has it; the tolerance is that of the range, seen under the tilt. */
+#define RANGE_MAX_MM        1300
+#define HEIGHT_SLACK_MM     30
+/* Share of a goal's width by which a sighting may differ, percent, beyond its range error. */
+#define WIDTH_SLACK_PERCENT 15u
+
+static uint16_t range_sigma_mm(uint16_t disparity_q4)
+{
+    uint32_t sigma = (uint32_t)depth_step_mm(disparity_q4) * DISPARITY_SIGMA;
+
+    return (uint16_t)(sigma > SIGMA_MAX_MM ? SIGMA_MAX_MM : sigma + 2);
+}
+
+static void fill(place_t *place, const ground_point_t *point, uint16_t sigma_mm)
+{
+    place->valid = 1;
+    place->forward_mm = (int16_t)(point->forward_mm + LENS_FORWARD_MM);
+    place->left_mm = point->left_mm;
+    place->sigma_mm = sigma_mm;
+}
+
+/* A place from one pixel of the right eye and its disparity. Returns its height, mm. */
+static int16_t place_by_disparity(place_t *place, uint16_t x_q4, uint16_t row, uint16_t disparity)
+{
+    ground_point_t point;
+
+    if (!depth_ground_point(x_q4, (uint16_t)(16u * row), disparity, &point))
+        return INT16_MIN;
+    fill(place, &point, range_sigma_mm(disparity));
+    return point.height_mm;
+}
+
+static void see_ball(const report_t *report, sightings_t *sightings)
+{
+    place_t *ball = &sightings->ball;
+    uint16_t x_px = report->ball_x_q4 / 16u;
+    uint16_t half = report->ball_width_px / 2u;
+    uint8_t cut = x_px < half + 2u || x_px + half + 2u > CAMERA_WIDTH_PX ||
+                  report->ball_row + 3u > CAMERA_HEIGHT_PX;
+    ground_point_t point;
+
+    if (!(report->flags & REPORT_BALL))
+        return;
+    if (report->ball_disparity_q4 != 0) {
+        int16_t height = place_by_disparity(ball, report->ball_x_q4, report->ball_row,
+                                            report->ball_disparity_q4);
+        int32_t off = (int32_t)height - BALL_RADIUS_MM;
+
+        if (off < 0)
+            off = -off;
+        ball->valid = ball->valid && ball->forward_mm < RANGE_MAX_MM &&
+                      off < HEIGHT_SLACK_MM + ball->sigma_mm;
+        return;
+    }
+    if ((report->flags & REPORT_BALL_CLIPPED) && cut) {
+        sightings->ball_near = 1;
+        return;
+    }
+    /* One eye, or nearer than the search range: the row tells the range of a ball on the floor. */
+    if (!depth_on_plane(report->ball_x_q4, (uint16_t)(16u * report->ball_row), BALL_RADIUS_MM,
+                        &point) ||
+        point.forward_mm >= RANGE_MAX_MM)
+        return;
+    if (report->flags & REPORT_BALL_LEFT_ONLY)
+        point.left_mm = (int16_t)(point.left_mm + CAMERA_BASELINE_UM / 1000);
+    /* One row, at the ball's height: range^2 / (f * 60 mm). */
+    fill(ball, &point,
+         (uint16_t)(3 + (int32_t)point.forward_mm * point.forward_mm / (CAMERA_FOCAL_PX * 30)));
+}
+
+static void see_goal(const report_t *report, sightings_t *sightings)
+{
+    static const uint16_t flag[2] = {REPORT_GOAL_LEFT_EDGE, REPORT_GOAL_RIGHT_EDGE};
+    place_t *edge = sightings->goal_edge;
+    uint32_t width;
+    uint32_t slack;
+    unsigned i;
+
+    for (i = 0; i < 2; i++)
+        if (report->flags & flag[i])
+            (void)place_by_disparity(&edge[i], report->goal_x_q4[i], GOAL_ROW,
+                                     report->goal_disparity_q4[i]);
+    if (!edge[0].valid || !edge[1].valid)
+        return;
+    width = length_of(edge[0].forward_mm - edge[1].forward_mm, edge[0].left_mm - edge[1].left_mm);
+    slack = GOAL_WIDTH_MM * WIDTH_SLACK_PERCENT / 100u + edge[0].sigma_mm + edge[1].sigma_mm;
+    if (width > GOAL_WIDTH_MM + slack || width + slack < GOAL_WIDTH_MM) {
+        edge[0].valid = 0;
+        edge[1].valid = 0;
+    }
+}
+
+static void see_opponent(const report_t *report, sightings_t *sightings)
+{
+    place_t *opponent = &sightings->opponent;
+
+    if (!(report->flags & REPORT_OPPONENT))
+        return;
+    (void)place_by_disparity(opponent, report->opponent_x_q4, OPPONENT_ROW,
+                             report->opponent_disparity_q4);
+    /* The eye sees the surface; the axis is a radius behind it. */
+    if (opponent->valid && opponent->forward_mm < RANGE_MAX_MM)
+        opponent->forward_mm = (int16_t)(opponent->forward_mm + OPPONENT_RADIUS_MM);
+    else
+        opponent->valid = 0;
+}
+
+void sightings_from_report(const report_t *report, sightings_t *sightings)
+{
+    static const sightings_t nothing;
+
+    *sightings = nothing;
+    if (report->function != FPGA_FUNCTION_SOCCER || (report->flags & REPORT_FRAME_TORN))
+        return;
+    see_ball(report, sightings);
+    see_goal(report, sightings);
+    see_opponent(report, sightings);
+}

@@ -1,0 +1,451 @@
+#include "soccer/strategy.h"
+
+/* Speeds, mm/s. A wheel's difference of 26.5 mm/s turns the robot by one radian a second. */
+#define SEARCH_TURN_MM_S  55
+#define LOOK_TURN_MM_S    55
+#define RELOCATE_MM_S     100
+#define APPROACH_MM_S     280
+#define PUSH_MM_S         320
+#define BACK_OFF_MM_S     140
+#define TURN_MAX_MM_S     110
+/* Turn rate per heading error: 6/s; 6 * 26.5 mm / (65536 / 2 pi) = 1/66. */
+#define TURN_GAIN_DIVISOR 66
+
+/* Times, ticks of 10 ms. */
+#define BALL_UNSEEN_TICKS     35
+#define BALL_FORGET_TICKS     900
+#define OPPONENT_UNSEEN_TICKS 60
+#define SEARCH_TICKS          700
+#define RELOCATE_TICKS        250
+#define LOOK_TICKS            400
+#define APPROACH_TICKS        1200
+#define PUSH_TICKS            500
+#define STUCK_TICKS           40
+#define BACK_OFF_TICKS        45
+#define BACK_OFF_TURN_TICKS   25
+
+/* Distances, mm. */
+#define BEHIND_MM         115 /* from the ball's middle to where a push begins */
+#define AROUND_MM         122 /* radius of the way around the ball */
+#define FREE_X_MM         486 /* where the robot's middle may go */
+#define FREE_Y_MM         301
+#define OUTSIDE_MM        35  /* belief beyond a wall by this much: the wheels slip */
+#define OPPONENT_CLEAR_MM 90  /* between both middles */
+#define SHOT_CLEAR_MM     80  /* between the shot's line and the opponent's middle */
+#define GOAL_AIM_MM       100 /* half width of the goal that a shot aims at */
+#define PUSH_ALONG_MIN_MM 60
+#define PUSH_ALONG_MAX_MM 260
+#define PUSH_LOST_MM      330
+
+/* Angles. */
+#define AROUND_STEP      ANGLE_DEGREES(50)
+#define DIRECT_ANGLE     ANGLE_DEGREES(50)
+#define PUSH_BEGIN_ANGLE ANGLE_DEGREES(7)
+#define PUSH_END_ANGLE   ANGLE_DEGREES(38)
+#define SHOT_STEP        1365 /* 7.5 degrees */
+#define SHOT_STEPS       10
+/* A shot must not go back by more than that: cos(107 degrees). */
+#define SHOT_COS_MIN_Q14 (-4800)
+
+/* Costs of a shot, in 1/65536 turns of detour. */
+#define COST_OUTSIDE     4
+#define COST_OF_STEP     200
+#define COST_BLOCKED     9000
+#define COST_CHANGE      1500
+#define COST_WAY_DIVISOR 16
+
+typedef struct {
+    pose_t pose;
+    int32_t ball_x_q4; /* a moment ahead */
+    int32_t ball_y_q4;
+    int32_t distance_mm;    /* to the ball */
+    angle_t ball_direction; /* field */
+    angle_t off;       /* 0: exactly behind the ball; positive: to be driven around leftwards */
+    int32_t along_mm;  /* behind the ball on the shot's line */
+    int32_t across_mm; /* beside that line */
+} situation_t;
+
+static int32_t clamp(int32_t value, int32_t limit)
+{
+    if (value > limit)
+        return limit;
+    return value < -limit ? -limit : value;
+}
+
+static int32_t size_of(int32_t value)
+{
+    return value < 0 ? -value : value;
+}
+
+static int32_t ahead_x(int32_t x_q4, angle_t direction, int32_t mm)
+{
+    return x_q4 + mm * angle_cos_q14(direction) / 1024;
+}
+
+static int32_t ahead_y(int32_t y_q4, angle_t direction, int32_t mm)
+{
+    return y_q4 + mm * angle_sin_q14(direction) / 1024;
+}
+
+static void set_wheels(strategy_t *strategy, int32_t forward_mm_s, int32_t turn_mm_s)
+{
+    strategy->wheels.left_mm_s = (int16_t)(forward_mm_s - turn_mm_s);
+    strategy->wheels.right_mm_s = (int16_t)(forward_mm_s + turn_mm_s);
+}
+
+static void enter(strategy_t *strategy, strategy_state_t state)
+{
+    if (strategy->state == state)
+        return;
+    strategy->state = state;
+    strategy->state_ticks = 0;
+    strategy->stuck_ticks = 0;
+}
+
+/* ---- Driving ---- */
+
+/* Drive with the heading `direction`: turns first if it is far off. */
+static void drive_along(strategy_t *strategy, const pose_t *pose, angle_t direction,
+                        int32_t speed_mm_s)
+{
+    angle_t error = angle_wrap(direction - pose->heading);
+    int32_t turn = clamp(error / TURN_GAIN_DIVISOR, TURN_MAX_MM_S);
+    int32_t cosine = angle_cos_q14(error);
+    /* cos^3: little way is made while the heading is far off. */
+    int32_t forward = cosine <= 0 ? 0 : speed_mm_s * (cosine >> 7) / 128;
+
+    forward = forward * (cosine >> 7) / 128 * (cosine >> 7) / 128;
+    set_wheels(strategy, cosine <= 0 ? 0 : forward, turn);
+}
+
+/* If the straight way passes too near to `obstacle`, move the target to the side of it. */
+static void avoid(const pose_t *pose, const object_t *obstacle, int32_t *x_q4, int32_t *y_q4)
+{
+    angle_t way = angle_of(*x_q4 - pose->x_q4, *y_q4 - pose->y_q4);
+    int32_t way_mm = (int32_t)length_of(*x_q4 - pose->x_q4, *y_q4 - pose->y_q4) / 16;
+    int32_t dx = obstacle->x_q4 - pose->x_q4;
+    int32_t dy = obstacle->y_q4 - pose->y_q4;
+    angle_t aside = angle_wrap(angle_of(dx, dy) - way);
+    int32_t distance_mm = (int32_t)length_of(dx, dy) / 16;
+    int32_t along_mm = distance_mm * angle_cos_q14(aside) / 16384;
+    int32_t across_mm = distance_mm * angle_sin_q14(aside) / 16384;
+    angle_t out;
+
+    if (along_mm <= 0 || along_mm > way_mm + OPPONENT_CLEAR_MM / 2 ||
+        size_of(across_mm) >= OPPONENT_CLEAR_MM)
+        return;
+    /* Obstacle left of the way: pass on its right, and the other way round. */
+    out = angle_wrap(way + (across_mm >= 0 ? -ANGLE_90 : ANGLE_90));
+    if (size_of(ahead_y(obstacle->y_q4, out, OPPONENT_CLEAR_MM + 10)) > FREE_Y_MM * 16L ||
+        size_of(ahead_x(obstacle->x_q4, out, OPPONENT_CLEAR_MM + 10)) > FREE_X_MM * 16L)
+        out = angle_wrap(out + 2 * ANGLE_90);
+    *x_q4 = ahead_x(obstacle->x_q4, out, OPPONENT_CLEAR_MM + 20);
+    *y_q4 = ahead_y(obstacle->y_q4, out, OPPONENT_CLEAR_MM + 20);
+}
+
+static void drive_to(strategy_t *strategy, const world_t *world, const pose_t *pose, int32_t x_q4,
+                     int32_t y_q4, int32_t speed_mm_s)
+{
+    int32_t distance_mm;
+
+    x_q4 = clamp(x_q4, FREE_X_MM * 16L);
+    y_q4 = clamp(y_q4, FREE_Y_MM * 16L);
+    if (world->opponent.known)
+        avoid(pose, &world->opponent, &x_q4, &y_q4);
+    distance_mm = (int32_t)length_of(x_q4 - pose->x_q4, y_q4 - pose->y_q4) / 16;
+    if (speed_mm_s > 40 + 3 * distance_mm)
+        speed_mm_s = 40 + 3 * distance_mm;
+    drive_along(strategy, pose, angle_of(x_q4 - pose->x_q4, y_q4 - pose->y_q4), speed_mm_s);
+}
+
+/* ---- The shot ---- */
+
+static int free_for_robot(int32_t x_q4, int32_t y_q4)
+{
+    return size_of(x_q4) <= FREE_X_MM * 16L && size_of(y_q4) <= FREE_Y_MM * 16L;
+}
+
+/* Is the opponent near the ray from (x, y) in `direction`? 0 = no, up to COST_BLOCKED. */
+static int32_t blocked_cost(const object_t *opponent, int32_t x_q4, int32_t y_q4, angle_t direction)
+{
+    int32_t dx = opponent->x_q4 - x_q4;
+    int32_t dy = opponent->y_q4 - y_q4;
+    int32_t distance_mm = (int32_t)length_of(dx, dy) / 16;
+    angle_t aside = angle_wrap(angle_of(dx, dy) - direction);
+    int32_t along_mm = distance_mm * angle_cos_q14(aside) / 16384;
+    int32_t across_mm = size_of(distance_mm * angle_sin_q14(aside) / 16384);
+
+    if (along_mm < -BEHIND_MM - OPPONENT_CLEAR_MM || across_mm >= SHOT_CLEAR_MM)
+        return 0;
+    return COST_BLOCKED * (SHOT_CLEAR_MM - across_mm) / SHOT_CLEAR_MM + COST_BLOCKED / 4;
+}
+
+static int32_t shot_cost(const strategy_t *strategy, const world_t *world, const situation_t *now,
+                         angle_t shot, int32_t outside)
+{
+    angle_t behind = angle_wrap(shot + 2 * ANGLE_90);
+    angle_t robot = angle_wrap(now->ball_direction - shot);
+    int32_t cost = outside * COST_OUTSIDE + size_of(robot) / COST_WAY_DIVISOR;
+
+    if (angle_cos_q14(shot) < SHOT_COS_MIN_Q14 ||
+        !free_for_robot(ahead_x(now->ball_x_q4, behind, BEHIND_MM - 20),
+                        ahead_y(now->ball_y_q4, behind, BEHIND_MM - 20)))
+        return INT32_MAX;
+    if (world->opponent.known)
+        cost += blocked_cost(&world->opponent, now->ball_x_q4, now->ball_y_q4, shot);
+    if (strategy->shot_known && size_of(angle_wrap(shot - strategy->shot)) > ANGLE_DEGREES(10))
+        cost += COST_CHANGE;
+    return cost;
+}
+
+/* The best direction for the ball: into the goal if the robot can get behind it and nobody stands
+ * in the way, else the next best. */
+static void choose_shot(strategy_t *strategy, const world_t *world, const situation_t *now)
+{
+    int32_t goal_x = PITCH_HALF_LENGTH_MM * 16L - now->ball_x_q4;
+    angle_t middle = angle_of(goal_x, -now->ball_y_q4);
+    angle_t left = angle_of(goal_x, GOAL_AIM_MM * 16L - now->ball_y_q4);
+    angle_t right = angle_of(goal_x, -GOAL_AIM_MM * 16L - now->ball_y_q4);
+    int32_t best = INT32_MAX;
+    angle_t chosen = middle;
+    int step;
+
+    for (step = -SHOT_STEPS; step <= SHOT_STEPS; step++) {
+        angle_t shot = angle_wrap(middle + step * SHOT_STEP);
+        int32_t over = angle_wrap(shot - left);
+        int32_t under = angle_wrap(right - shot);
+        int32_t outside = over > under ? over : under;
+        int32_t cost = shot_cost(strategy, world, now, shot, outside > 0 ? outside : 0);
+
+        if (cost != INT32_MAX)
+            cost += size_of(step) * COST_OF_STEP;
+        if (cost < best) {
+            best = cost;
+            chosen = shot;
+        }
+    }
+    strategy->shot = chosen;
+    strategy->shot_known = 1;
+}
+
+static void look_around(strategy_t *strategy, const world_t *world, situation_t *now)
+{
+    int32_t dx;
+    int32_t dy;
+
+    odometry_pose(&world->odometry, &now->pose);
+    /* 100 ms ahead: 1.6 q4 for each mm/s. */
+    now->ball_x_q4 = world->ball.x_q4 + world->ball.vx_mm_s * 8 / 5;
+    now->ball_y_q4 = world->ball.y_q4 + world->ball.vy_mm_s * 8 / 5;
+    dx = now->ball_x_q4 - now->pose.x_q4;
+    dy = now->ball_y_q4 - now->pose.y_q4;
+    now->distance_mm = (int32_t)length_of(dx, dy) / 16;
+    now->ball_direction = angle_of(dx, dy);
+    choose_shot(strategy, world, now);
+    now->off = angle_wrap(now->ball_direction - strategy->shot);
+    now->along_mm = now->distance_mm * angle_cos_q14(now->off) / 16384;
+    now->across_mm = now->distance_mm * angle_sin_q14(now->off) / 16384;
+}
+
+/* ---- States ---- */
+
+static void begin_turning(strategy_t *strategy, const world_t *world, angle_t towards)
+{
+    pose_t pose;
+
+    odometry_pose(&world->odometry, &pose);
+    strategy->turn = angle_wrap(towards - pose.heading) >= 0 ? 1 : -1;
+}
+
+static void search(strategy_t *strategy, const world_t *world)
+{
+    set_wheels(strategy, 0, strategy->turn * SEARCH_TURN_MM_S);
+    /* Only eyes that have shown a goal are worth moving for. */
+    if (strategy->state_ticks > SEARCH_TICKS && world->localised)
+        enter(strategy, STRATEGY_RELOCATE);
+    else if (strategy->state_ticks > SEARCH_TICKS)
+        strategy->state_ticks = 0;
+}
+
+/* Never forward in the field: an unseen ball in the way must not end up in the opponent's goal. */
+static void relocate(strategy_t *strategy, const world_t *world)
+{
+    pose_t pose;
+    int32_t x_q4 = -340L * 16;
+    int32_t y_q4 = strategy->side * 170L * 16;
+
+    odometry_pose(&world->odometry, &pose);
+    if (x_q4 > pose.x_q4)
+        x_q4 = pose.x_q4;
+    drive_to(strategy, world, &pose, x_q4, y_q4, RELOCATE_MM_S);
+    if (strategy->state_ticks > RELOCATE_TICKS ||
+        length_of(x_q4 - pose.x_q4, y_q4 - pose.y_q4) < 30 * 16) {
+        strategy->side = (int8_t)-strategy->side;
+        enter(strategy, STRATEGY_SEARCH);
+    }
+}
+
+static void look(strategy_t *strategy, const world_t *world)
+{
+    set_wheels(strategy, 0, strategy->turn * LOOK_TURN_MM_S);
+    if (world->localised || strategy->state_ticks > LOOK_TICKS) {
+        strategy->looked = 1;
+        enter(strategy, STRATEGY_APPROACH);
+    }
+}
+
+/* A point on the circle around the ball, `off` away from the pose behind it. */
+static void waypoint(const strategy_t *strategy, const situation_t *now, angle_t off,
+                     int32_t radius_mm, int32_t *x_q4, int32_t *y_q4)
+{
+    angle_t from_ball = angle_wrap(strategy->shot + off + 2 * ANGLE_90);
+
+    *x_q4 = ahead_x(now->ball_x_q4, from_ball, radius_mm);
+    *y_q4 = ahead_y(now->ball_y_q4, from_ball, radius_mm);
+}
+
+static void approach(strategy_t *strategy, const world_t *world, const situation_t *now)
+{
+    int32_t x_q4;
+    int32_t y_q4;
+    int32_t direction = now->off >= 0 ? 1 : -1;
+
+    if (now->along_mm > PUSH_ALONG_MIN_MM && now->along_mm < PUSH_ALONG_MAX_MM &&
+        size_of(now->off) < PUSH_BEGIN_ANGLE) {
+        enter(strategy, STRATEGY_PUSH);
+        drive_along(strategy, &now->pose, now->ball_direction, PUSH_MM_S);
+        return;
+    }
+    if (size_of(now->off) <= DIRECT_ANGLE) {
+        waypoint(strategy, now, 0, BEHIND_MM, &x_q4, &y_q4);
+    } else {
+        waypoint(strategy, now, angle_wrap(now->off - direction * AROUND_STEP), AROUND_MM, &x_q4,
+                 &y_q4);
+        if (!free_for_robot(x_q4, y_q4))
+            waypoint(strategy, now, angle_wrap(now->off + direction * AROUND_STEP), AROUND_MM,
+                     &x_q4, &y_q4);
+    }
+    drive_to(strategy, world, &now->pose, x_q4, y_q4, APPROACH_MM_S);
+    if (strategy->state_ticks > APPROACH_TICKS)
+        enter(strategy, STRATEGY_BACK_OFF);
+}
+
+static void push(strategy_t *strategy, const situation_t *now)
+{
+    /* Seen from the robot the ball must go to `shot`: aim beyond the ball's middle by as much as
+     * the line through both middles is off. */
+    angle_t aim = angle_wrap(now->ball_direction + clamp(now->off, ANGLE_DEGREES(30)));
+
+    drive_along(strategy, &now->pose, aim, PUSH_MM_S);
+    if (size_of(now->off) > PUSH_END_ANGLE || now->distance_mm > PUSH_LOST_MM)
+        enter(strategy, STRATEGY_APPROACH);
+    else if (strategy->state_ticks > PUSH_TICKS)
+        enter(strategy, STRATEGY_BACK_OFF);
+}
+
+static void back_off(strategy_t *strategy)
+{
+    if (strategy->state_ticks < BACK_OFF_TICKS)
+        set_wheels(strategy, -BACK_OFF_MM_S, strategy->turn * 20);
+    else
+        set_wheels(strategy, 0, strategy->turn * TURN_MAX_MM_S);
+    if (strategy->state_ticks > BACK_OFF_TICKS + BACK_OFF_TURN_TICKS) {
+        strategy->turn = (int8_t)-strategy->turn;
+        enter(strategy, STRATEGY_SEARCH);
+    }
+}
+
+static void forget_the_lost(world_t *world)
+{
+    if (world->ball.known &&
+        (world->ball.unseen_ticks > BALL_UNSEEN_TICKS || world->ball.age_ticks > BALL_FORGET_TICKS))
+        world->ball.known = 0;
+    if (world->opponent.known && world->opponent.unseen_ticks > OPPONENT_UNSEEN_TICKS)
+        world->opponent.known = 0;
+}
+
+/* Wheels that stand still, or a belief beyond the wall because they slip. */
+static int is_stuck(const strategy_t *strategy, const world_t *world)
+{
+    pose_t pose;
+
+    odometry_pose(&world->odometry, &pose);
+    return strategy->stuck_ticks > STUCK_TICKS ||
+           (world->localised &&
+            (size_of(pose.x_q4) > (PITCH_HALF_LENGTH_MM - ROBOT_RADIUS + OUTSIDE_MM) * 16L ||
+             size_of(pose.y_q4) > (PITCH_HALF_WIDTH_MM - ROBOT_RADIUS + OUTSIDE_MM) * 16L));
+}
+
+void strategy_start(strategy_t *strategy)
+{
+    static const strategy_t fresh;
+
+    *strategy = fresh;
+    strategy->state = STRATEGY_SEARCH;
+    strategy->turn = 1;
+    strategy->side = 1;
+}
+
+void strategy_tick(strategy_t *strategy, const int32_t counts[2])
+{
+    const int16_t told[2] = {strategy->wheels.left_mm_s, strategy->wheels.right_mm_s};
+    int stuck = 0;
+    unsigned i;
+
+    if (strategy->state_ticks < UINT16_MAX)
+        strategy->state_ticks++;
+    /* 60 mm/s are 7.2 counts a tick; a quarter of what was told is too little. */
+    for (i = 0; i < 2; i++)
+        if (size_of(told[i]) >= 60 && size_of(counts[i]) * 400 < size_of(told[i]) * 12)
+            stuck = 1;
+    if (!stuck)
+        strategy->stuck_ticks = 0;
+    else if (strategy->stuck_ticks < UINT16_MAX)
+        strategy->stuck_ticks++;
+}
+
+void strategy_decide(strategy_t *strategy, world_t *world, wheels_t *wheels)
+{
+    situation_t now;
+
+    forget_the_lost(world);
+    if (strategy->state != STRATEGY_BACK_OFF && is_stuck(strategy, world))
+        enter(strategy, STRATEGY_BACK_OFF);
+
+    if (strategy->state == STRATEGY_BACK_OFF) {
+        back_off(strategy);
+    } else if (!world->ball.known) {
+        strategy->shot_known = 0;
+        if (strategy->state != STRATEGY_SEARCH && strategy->state != STRATEGY_RELOCATE) {
+            begin_turning(strategy, world, world->last_ball_bearing);
+            enter(strategy, STRATEGY_SEARCH);
+        }
+        if (strategy->state == STRATEGY_SEARCH)
+            search(strategy, world);
+        else
+            relocate(strategy, world);
+    } else if (!world->localised && !strategy->looked) {
+        if (strategy->state != STRATEGY_LOOK)
+            begin_turning(strategy, world, 0);
+        enter(strategy, STRATEGY_LOOK);
+        look(strategy, world);
+    } else {
+        look_around(strategy, world, &now);
+        if (strategy->state == STRATEGY_PUSH) {
+            push(strategy, &now);
+        } else {
+            enter(strategy, STRATEGY_APPROACH);
+            approach(strategy, world, &now);
+        }
+    }
+    *wheels = strategy->wheels;
+}
+
+const char *strategy_state_name(strategy_state_t state)
+{
+    static const char *const names[STRATEGY_STATE_COUNT] = {
+        "search", "relocate", "look", "approach", "push", "back off",
+    };
+
+    return state < STRATEGY_STATE_COUNT ? names[state] : "unknown";
+}

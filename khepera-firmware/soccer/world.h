@@ -1,0 +1,67 @@
+/* The world model: where robot, ball and opponent are believed to be.
+ *
+ * Odometry carries the pose between sightings; a seen goal corrects it (each goal post is a known
+ * point; which goal it is follows from the heading). Ball and opponent are kept in field
+ * coordinates (soccer/odometry.h), so that they stay known while the robot looks elsewhere. A
+ * report tells of the past: it is combined with the pose of the moment of its exposure.
+ *
+ * Pure state: time comes in as ticks of 10 ms. */
+#ifndef SOCCER_WORLD_H
+#define SOCCER_WORLD_H
+
+#include <stdint.h>
+
+#include "link/report.h"
+#include "soccer/odometry.h"
+#include "soccer/sighting.h"
+
+/* The pitch, mm (FIRA KheperaSot rules). */
+#define PITCH_HALF_LENGTH_MM 525
+#define PITCH_HALF_WIDTH_MM  340
+#define GOAL_HALF_WIDTH_MM   150
+#define BALL_RADIUS          34 /* mm, rounded up */
+#define ROBOT_RADIUS         30 /* mm, both robots */
+
+#define WORLD_HISTORY    32u /* poses kept, one a tick: 0.32 s */
+#define WORLD_TICK_100US 100u
+
+typedef struct {
+    uint8_t known;
+    uint8_t doubts; /* consecutive sightings that did not fit */
+    int32_t x_q4;   /* mm, field */
+    int32_t y_q4;
+    int32_t vx_mm_s;
+    int32_t vy_mm_s;
+    uint16_t age_ticks;    /* since it was last seen; saturates */
+    uint16_t unseen_ticks; /* time it should have been in view and was not; saturates */
+} object_t;
+
+typedef struct {
+    odometry_t odometry;
+    pose_t history[WORLD_HISTORY];
+    uint8_t newest;       /* index in history */
+    int32_t position_var; /* of x and of y, mm^2 */
+    int32_t heading_var;  /* (1/65536 turn)^2 / 16 */
+    int32_t travel_rest;  /* counts not yet turned into variance */
+    int32_t spin_rest;
+    uint8_t position_doubts; /* consecutive goal sightings that did not fit */
+    uint8_t localised;       /* a goal has been seen since the start */
+    object_t ball;
+    object_t opponent;
+    angle_t last_ball_bearing; /* direction (field) in which the ball was last seen */
+    uint16_t goal_age_ticks;   /* since a goal edge was last used; saturates */
+} world_t;
+
+/* Kick-off: heading known, place only to be in the own half. */
+void world_start(world_t *world, angle_t heading);
+
+/* One tick: travel of the wheels in encoder counts, [0] left, [1] right. */
+void world_tick(world_t *world, const int32_t counts[2]);
+
+/* What a report told, exposed `age_100us` ago. */
+void world_see(world_t *world, const sightings_t *sightings, uint32_t age_100us);
+
+/* Standard deviation of the believed position, mm. */
+uint16_t world_position_sigma_mm(const world_t *world);
+
+#endif
