@@ -1,3 +1,356 @@
 //! The Khepera base: 68331, motors, encoders, sensors.
+//!
+//! [`Base`] runs a 68331 image. The chip's blocks are modelled from their registers: SIM, QSM
+//! (SCI and QSPI) and GPT; the board around them is that of `khepera-firmware/board/khepera.h`.
+//! The turret bus goes out through [`turret_bus::TurretBus`].
+//!
+//! What is exact: times of the serial line, the queue, captures, compares, the periodic interrupt
+//! and the watchdog, all counted in system or crystal clocks. What is approximate: how many clocks an
+//! instruction takes (see [`Load`]), and the CPU's fault frames (the data buffer and transfer count
+//! in them are 0, and a faulted instruction is restarted from its beginning).
+//!
+//! ```no_run
+//! use khepera::{Base, Config, turret_bus::Unconnected};
+//!
+//! let image = std::fs::read("khepera-firmware.elf")?;
+//! let mut base = Base::new(&image, Config::default())?;
+//! base.run_until(sim::SECOND, &mut Unconnected);
+//! for (_time, byte) in base.serial_take() {
+//!     print!("{}", byte as char);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
+mod adc;
+mod cpu32;
+mod diagnostics;
+mod drive;
+mod gpt;
+mod image;
+mod integration;
+mod qspi;
+mod sci;
+mod soc;
+mod timebase;
 pub mod turret_bus;
+
+use common_sys::constants as board;
+use sim::Ps;
+
+pub use cpu32::CpuState;
+pub use diagnostics::Diagnostic;
+pub use drive::{MotorDrive, WheelFault};
+pub use image::ImageError;
+pub use integration::ResetCause;
+
+use cpu32::Cpu;
+use soc::{Bus, Soc};
+use turret_bus::TurretBus;
+
+/// How long the chip stays in reset, in system clocks (SIMRM 5.7).
+const RESET_CLOCKS: u64 = 512;
+
+/// What can be chosen about a base.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Config {
+    /// When it is switched on.
+    pub start: Ps,
+    /// Bits a second at the other end of the serial line, 8N1.
+    pub host_baud: u32,
+    /// Battery voltage in mV.
+    pub battery_mv: u32,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self { start: 0, host_baud: board::BOARD_BAUD, battery_mv: drive::NOMINAL_MV }
+    }
+}
+
+/// How much the CPU had to do since power-on. The model's instruction times are approximate: hold
+/// limits at twice the busy count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Load {
+    /// System clocks in which instructions or exceptions were executed.
+    pub busy_clocks: u64,
+    /// System clocks in STOP or LPSTOP, halted or hung.
+    pub idle_clocks: u64,
+    /// Instructions executed.
+    pub instructions: u64,
+    /// Exceptions taken, interrupts included.
+    pub exceptions: u64,
+}
+
+impl Load {
+    /// Busy part of the time since `before`, 0..=1.
+    pub fn since(&self, before: &Load) -> f64 {
+        let busy = self.busy_clocks - before.busy_clocks;
+        let all = busy + self.idle_clocks - before.idle_clocks;
+        if all == 0 { 0.0 } else { busy as f64 / all as f64 }
+    }
+}
+
+/// A reset of the chip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reset {
+    /// When.
+    pub time: Ps,
+    /// Why.
+    pub cause: ResetCause,
+}
+
+/// A base with its firmware. Cloning it is a snapshot.
+#[derive(Clone)]
+pub struct Base {
+    cpu: Cpu,
+    soc: Soc,
+    load: Load,
+    resets: Vec<Reset>,
+}
+
+impl Base {
+    /// A base with `image` (ELF32 for the m68k, or S-records) in its flash, switched on at
+    /// `config.start`.
+    ///
+    /// # Errors
+    /// See [`ImageError`].
+    pub fn new(image: &[u8], config: Config) -> Result<Self, ImageError> {
+        let flash = image::load(image)?;
+        let soc = Soc::new(flash, config.host_baud, config.battery_mv, config.start);
+        let mut base = Self { cpu: Cpu::new(), soc, load: Load::default(), resets: vec![] };
+        base.soc.reset_request = Some(ResetCause::PowerUp);
+        Ok(base)
+    }
+
+    /// Run until time `t`. The last instruction may end a little later: see [`Base::now`].
+    pub fn run_until(&mut self, t: Ps, turret: &mut impl TurretBus) {
+        self.soc.poll_pins(turret);
+        self.soc.plan();
+        let mut end = self.soc.time.clk_at_or_after(t);
+        let mut hz = self.soc.time.hz();
+        while self.soc.clk < end {
+            if self.soc.reset_request.is_some() {
+                self.reset_now(turret);
+            } else if self.cpu.state == CpuState::Running {
+                self.run_busy(end, turret);
+            } else {
+                self.run_idle(end, turret);
+            }
+            if hz != self.soc.time.hz() {
+                hz = self.soc.time.hz();
+                end = self.soc.time.clk_at_or_after(t);
+            }
+        }
+    }
+
+    /// Instructions until `end`, STOP, a reset or a change of frequency.
+    fn run_busy(&mut self, end: u64, turret: &mut impl TurretBus) {
+        let start = self.soc.clk;
+        let hz = self.soc.time.hz();
+        let mut bus = Bus { soc: &mut self.soc, turret };
+        while bus.soc.clk < end && self.cpu.state == CpuState::Running {
+            if bus.soc.next_event <= bus.soc.clk {
+                bus.soc.catch_up(bus.turret);
+            }
+            if bus.soc.reset_request.is_some() || bus.soc.time.hz() != hz {
+                break;
+            }
+            let level = bus.soc.level;
+            if level != 0 && self.cpu.takes(level) {
+                self.cpu.interrupt(&mut bus, level);
+            }
+            self.cpu.step(&mut bus);
+        }
+        self.load.busy_clocks += self.soc.clk - start;
+    }
+
+    /// From event to event until something wakes the CPU.
+    fn run_idle(&mut self, end: u64, turret: &mut impl TurretBus) {
+        let start = self.soc.clk;
+        if self.cpu.state == CpuState::Halted && self.soc.system.halt_monitor() {
+            self.soc.reset_request = Some(ResetCause::Halt);
+            return;
+        }
+        while self.soc.clk < end && self.soc.reset_request.is_none() {
+            self.soc.catch_up(turret);
+            let level = self.soc.level;
+            if self.cpu.state == CpuState::Stopped && level != 0 && self.cpu.takes(level) {
+                break;
+            }
+            self.soc.clk = self.soc.next_event.min(end).max(self.soc.clk);
+        }
+        self.load.idle_clocks += self.soc.clk - start;
+        let level = self.soc.level;
+        let woken = self.cpu.state == CpuState::Stopped && self.soc.reset_request.is_none();
+        if woken && level != 0 && self.cpu.takes(level) && self.soc.clk < end {
+            let start = self.soc.clk;
+            self.cpu.interrupt(&mut Bus { soc: &mut self.soc, turret }, level);
+            self.load.busy_clocks += self.soc.clk - start;
+        }
+    }
+
+    fn reset_now(&mut self, turret: &mut impl TurretBus) {
+        let Some(cause) = self.soc.reset_request.take() else { return };
+        let start = self.soc.clk;
+        self.resets.push(Reset { time: self.now(), cause });
+        self.soc.reset(cause);
+        turret.select(self.soc.time.ps(self.soc.clk), 0xF);
+        self.soc.clk += RESET_CLOCKS;
+        self.cpu.reset(&mut Bus { soc: &mut self.soc, turret });
+        self.load.idle_clocks += self.soc.clk - start;
+    }
+
+    /// Time up to which everything has happened.
+    pub fn now(&self) -> Ps {
+        self.soc.time.ps(self.soc.clk)
+    }
+
+    /// Pull the reset pin. Takes effect with the next [`Base::run_until`].
+    pub fn reset(&mut self) {
+        self.soc.reset_request = Some(ResetCause::External);
+    }
+
+    /// Switch the base off and on again: RAM is lost. Takes effect with the next
+    /// [`Base::run_until`].
+    pub fn power_cycle(&mut self) {
+        self.soc.reset_request = Some(ResetCause::PowerUp);
+    }
+
+    /// Resets so far, the first being power-on.
+    pub fn resets(&self) -> &[Reset] {
+        &self.resets
+    }
+
+    // ---- serial line
+
+    /// Queue characters from the host to the base; they follow each other at the host's baud rate.
+    pub fn serial_send(&mut self, bytes: &[u8]) {
+        let now = self.now();
+        self.soc.sci.send(now, bytes);
+        self.soc.plan();
+    }
+
+    /// Characters of [`Base::serial_send`] that have not been sent completely.
+    pub fn serial_waiting(&self) -> usize {
+        self.soc.sci.waiting()
+    }
+
+    /// Characters that the base has sent since the last call, with the times of their stop bits'
+    /// ends. Those that a UART of the host's baud rate cannot frame are left out and counted by
+    /// [`Base::serial_framing_errors`].
+    pub fn serial_take(&mut self) -> Vec<(Ps, u8)> {
+        self.soc.sci.take()
+    }
+
+    /// Characters lost at the host because their stop bit was wrong.
+    pub fn serial_framing_errors(&self) -> u64 {
+        self.soc.sci.host_framing_errors
+    }
+
+    /// Change the host's baud rate; not while characters are waiting.
+    pub fn serial_set_baud(&mut self, baud: u32) {
+        self.soc.sci.set_host_baud(baud);
+    }
+
+    // ---- wheels
+
+    /// Speed of the left and right wheel's rim in mm/s, forward positive.
+    pub fn wheel_speeds_mm_s(&self) -> [f64; 2] {
+        self.soc.drive.speeds_mm_s()
+    }
+
+    /// Distance that the left and right wheel have rolled since power-on, in mm.
+    pub fn wheel_travel_mm(&self) -> [f64; 2] {
+        self.soc.drive.travel_mm(self.now())
+    }
+
+    /// Force in N at the rim of the left and right wheel that resists their motion (never drives
+    /// them). Stays until changed.
+    pub fn set_load(&mut self, newton: [f64; 2]) {
+        self.soc.drive.set_load(newton);
+    }
+
+    /// Break or repair wheel 0 (left) or 1 (right).
+    ///
+    /// # Panics
+    /// If there is no such wheel.
+    pub fn set_wheel_fault(&mut self, wheel: usize, fault: WheelFault) {
+        let now = self.now();
+        self.soc.drive.set_fault(wheel, fault, now);
+        self.soc.plan_drive();
+        self.soc.plan();
+    }
+
+    /// What the left and right motor get.
+    pub fn motors(&self) -> [MotorDrive; 2] {
+        self.soc.motors()
+    }
+
+    // ---- sensors and LEDs
+
+    /// Readings of the IR sensors, 0..=1023, in the order of K-Team's command N.
+    pub fn set_proximity(&mut self, values: [u16; 8]) {
+        self.soc.adc.set_proximity(values);
+    }
+
+    /// Battery voltage in mV: what the ADC reads and what the motors get.
+    pub fn set_battery_mv(&mut self, millivolt: u32) {
+        self.soc.battery_mv = millivolt;
+        self.soc.adc.set_battery_mv(millivolt);
+    }
+
+    /// True: the ADC does not answer.
+    pub fn set_adc_silent(&mut self, silent: bool) {
+        self.soc.adc.set_silent(silent);
+    }
+
+    /// Whether LED 0 and 1 are on.
+    pub fn leds(&self) -> [bool; 2] {
+        let port = self.soc.system.port_f_high();
+        [board::BOARD_PF_LED0, board::BOARD_PF_LED1].map(|bit| port >> bit & 1 != 0)
+    }
+
+    // ---- looking inside
+
+    /// What the CPU is doing.
+    pub fn cpu_state(&self) -> CpuState {
+        self.cpu.state
+    }
+
+    /// Program counter.
+    pub fn pc(&self) -> u32 {
+        self.cpu.pc()
+    }
+
+    /// Status register.
+    pub fn sr(&self) -> u16 {
+        self.cpu.sr()
+    }
+
+    /// D0..D7, A0..A7.
+    pub fn registers(&self) -> [u32; 16] {
+        self.cpu.registers()
+    }
+
+    /// Busy and idle clocks so far.
+    pub fn load(&self) -> Load {
+        let cpu = &self.cpu;
+        Load { instructions: cpu.instructions, exceptions: cpu.exceptions, ..self.load }
+    }
+
+    /// System clock in Hz as SYNCR has it now.
+    pub fn system_hz(&self) -> u64 {
+        self.soc.time.hz()
+    }
+
+    /// The word in flash or RAM at `address`, None elsewhere.
+    pub fn peek_word(&self, address: u32) -> Option<u16> {
+        self.soc.peek_word(address)
+    }
+
+    /// What the firmware did that the model does not cover or a chip would not forgive; each thing
+    /// once.
+    pub fn diagnostics(&self) -> &[Diagnostic] {
+        self.soc.diagnostics()
+    }
+}

@@ -14,3 +14,19 @@ pub trait TurretBus {
     /// Level of the interrupt lines IRQ7..IRQ1 (bit n = IRQn, active low, pulled up) at `now`.
     fn irq_pins(&mut self, now: Ps) -> u8;
 }
+
+/// Nothing on the turret bus.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Unconnected;
+
+impl TurretBus for Unconnected {
+    fn select(&mut self, _now: Ps, _pcs: u8) {}
+
+    fn exchange(&mut self, _now: Ps, _word: u16, bits: u8) -> u16 {
+        (0xFFFF_u32 >> (16 - bits.clamp(1, 16))) as u16
+    }
+
+    fn irq_pins(&mut self, _now: Ps) -> u8 {
+        0xFF
+    }
+}
