@@ -11,6 +11,8 @@
 #ifndef VISION_CAMERA_H
 #define VISION_CAMERA_H
 
+#include <stdint.h>
+
 #define CAMERA_WIDTH_PX  320
 #define CAMERA_HEIGHT_PX 240
 
@@ -21,10 +23,10 @@
 #define CAMERA_CY_Q4    1912
 
 /* Baseline T: distance between the lenses. 50.4 mm; in 1/256 mm. */
-#define CAMERA_BASELINE_UM       50400L
-#define CAMERA_BASELINE_MM_Q8    12902L
+#define CAMERA_BASELINE_UM       INT32_C(50400)
+#define CAMERA_BASELINE_MM_Q8    INT32_C(12902)
 /* f * T = 16480.8 px mm; scaled so that dividing by a disparity in 1/16 px gives 1/16 mm. */
-#define CAMERA_FOCAL_BASELINE_Q8 4219085L
+#define CAMERA_FOCAL_BASELINE_Q8 INT32_C(4219085)
 
 /* Both lenses look 9.8 degrees down from 94 mm above the floor. */
 #define CAMERA_TILT_SIN_Q12     697

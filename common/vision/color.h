@@ -1,12 +1,51 @@
 /* Colour in integers.
  *
- * Pixels of the robot are RGB565: red in bits 15..11, green in 10..5, blue in 4..0. */
+ * Pixels of the robot are RGB565: red in bits 15..11, green in 10..5, blue in 4..0. Their channels
+ * on the scale of 8 bits have the missing low bits 0, as in OpenCV.
+ *
+ * What the hardware would hold: adders and comparators, no memory. */
 #ifndef VISION_COLOR_H
 #define VISION_COLOR_H
 
 #include <stdint.h>
 
-/* 1 if the pixel is yellow as the ball is: divide-free, a few comparisons of sums in the FPGA. */
-int color_is_yellow(uint16_t rgb565);
+#define COLOR_RED(rgb565)   (((rgb565) >> 8) & 0xF8)
+#define COLOR_GREEN(rgb565) (((rgb565) >> 3) & 0xFC)
+#define COLOR_BLUE(rgb565)  (((rgb565) << 3) & 0xF8)
+
+/* Grey of an 8-bit colour, equal to cv::cvtColor(COLOR_RGB2GRAY) for every colour. */
+uint8_t color_grey(uint8_t red, uint8_t green, uint8_t blue);
+
+/* Grey of an RGB565 pixel, equal to cv::cvtColor(COLOR_BGR5652GRAY). */
+uint8_t color_grey565(uint16_t rgb565);
+
+typedef struct {
+    uint8_t hue;        /* 0..179, units of 2 degrees; 0 for greys */
+    uint8_t saturation; /* 0..255 */
+    uint8_t value;      /* 0..255 */
+} hsv_t;
+
+/* HSV of an 8-bit colour, equal to cv::cvtColor(COLOR_RGB2HSV) for every colour. */
+hsv_t color_hsv(uint8_t red, uint8_t green, uint8_t blue);
+
+/* How yellow a colour is: red + green - 2 blue. Linear, so that edges of the ball can be placed
+ * between pixels; 0 for greys. Range -510..510. */
+int16_t color_yellowness(uint16_t rgb565);
+
+/* Mark the pixels of a row that are yellow as the ball is: mask[x] = 1, else 0, of the mean of
+ * pixels x-1, x, x+1; the first and last column repeat their neighbour. width >= 3.
+ *
+ * The test has no division: with R, G, B the means,
+ *   R + G - 3 B > COLOR_YELLOW_MARGIN   far enough from grey, and brighter than the dark's noise
+ *   5 R > 4 G                           not green: the hue is below 72 degrees
+ *   5 G > 3 R                           not orange or skin: the hue is above 36 degrees at B = 0
+ * In HSV: saturation above 1/3 at equal red and green, rising with darkness because of the margin;
+ * the hue limits move by up to 20 degrees with the saturation, which an HSV box would not do. */
+#define COLOR_YELLOW_MARGIN 20
+void color_yellow_mask(const uint16_t *rgb565, uint16_t width, uint8_t *mask);
+
+/* 1 if sums over the same number (1..16) of pixels are green as the pitch: green exceeds red by
+ * more than a quarter of itself, and blue too by an eighth. */
+int color_is_pitch(uint16_t red_sum, uint16_t green_sum, uint16_t blue_sum);
 
 #endif

@@ -29,13 +29,15 @@ pub fn detect(left: &[u16], right: &[u16], params: &EyeParams) -> Report {
     );
     let mut eye = MaybeUninit::<ffi::robot_eye_t>::uninit();
     let mut report = Report::default();
-    // SAFETY: begin initialises all that row and end read; each row slice has WIDTH pixels.
+    let frames = ffi::frame_pair_t { pixels: [left.as_ptr(), right.as_ptr()] };
+    // SAFETY: begin initialises all that row and end read; each row slice has WIDTH pixels, and
+    // `frames` WIDTH * HEIGHT each.
     unsafe {
         ffi::robot_eye_begin(eye.as_mut_ptr(), params);
         for (row, (l, r)) in left.chunks_exact(WIDTH).zip(right.chunks_exact(WIDTH)).enumerate() {
             ffi::robot_eye_row(eye.as_mut_ptr(), row as u8, l.as_ptr(), r.as_ptr());
         }
-        ffi::robot_eye_end(eye.as_mut_ptr(), &mut report);
+        ffi::robot_eye_end(eye.as_mut_ptr(), &frames, &mut report);
     }
     report
 }

@@ -1,0 +1,23 @@
+/* The frame memory: the pair of frames that the eye has just taken.
+ *
+ * On the turret this is the PSRAM. The kernels read it by whole rows, top to bottom within one
+ * object, and only in robot_eye_end; so a hardware version needs one row buffer and one burst per
+ * call of frame_row. */
+#ifndef VISION_FRAME_H
+#define VISION_FRAME_H
+
+#include <stdint.h>
+
+#include "vision/camera.h"
+
+enum { EYE_LEFT = 0, EYE_RIGHT = 1, EYE_COUNT = 2 };
+
+typedef struct {
+    /* CAMERA_WIDTH_PX * CAMERA_HEIGHT_PX RGB565 pixels each, row by row. */
+    const uint16_t *pixels[EYE_COUNT];
+} frame_pair_t;
+
+/* The row of that eye; a row outside the frame is the nearest one inside. */
+const uint16_t *frame_row(const frame_pair_t *frames, int eye, int row);
+
+#endif

@@ -1,0 +1,242 @@
+#include "vision/goal.h"
+
+#include "vision/camera.h"
+#include "vision/correspondence.h"
+#include "vision/depth.h"
+
+/* Black is at most this share of the wall beside it: 3/8. */
+#define BLACK_NUMERATOR    3
+#define BLACK_DENOMINATOR  8
+/* Black must reach this far inwards from an edge, wall this far outwards (or to the border). */
+#define MIN_BLACK_PX       14
+#define MIN_WALL_PX        5
+/* Shortest run that may be a goal. */
+#define MIN_RUN_PX         16
+/* Columns around the opponent in which edges are his. */
+#define OPPONENT_MARGIN_Q4 (4 * 16)
+/* The left eye's edge lies this close to where the blocks match. */
+#define EDGE_REACH_Q4      (3 * 16)
+/* Two edges are that far apart, mm. */
+#define MIN_WIDTH_MM       (GOAL_WIDTH_MM * 3 / 4)
+#define MAX_WIDTH_MM       (GOAL_WIDTH_MM * 5 / 4)
+
+enum { LEFT_EDGE = 0, RIGHT_EDGE = 1, EDGE_COUNT = 2 };
+
+typedef struct {
+    const band_edge_t *edge; /* in the right eye; 0: none */
+    int d_q4;                /* 0: not matched */
+    int certainty;           /* 0..15 */
+} goal_edge_t;
+
+static int black_below(int wall_level)
+{
+    return wall_level * BLACK_NUMERATOR / BLACK_DENOMINATOR;
+}
+
+/* Number of columns from x on, going by step, that are dark (1) or bright (0) against `limit`. */
+static int run_length(const int16_t *profile, int x, int step, int limit, int dark)
+{
+    int length = 0;
+
+    for (; x >= 0 && x < CAMERA_WIDTH_PX && (profile[x] < limit) == dark; x += step)
+        length++;
+    return length;
+}
+
+/* Columns of wall outside the edge: bright, and without a further step, up to MIN_WALL_PX. */
+static int wall_length(const int16_t *profile, int x, int step, int level)
+{
+    int length = 0;
+
+    for (; length < MIN_WALL_PX; x += step, length++)
+        if (x < 0 || x >= CAMERA_WIDTH_PX || 4 * profile[x] < 3 * level ||
+            4 * profile[x] > 5 * level)
+            break;
+    return length;
+}
+
+static int is_goal_edge(const band_t *band, const band_edge_t *edge, int side,
+                        const opponent_extent_t *opponent)
+{
+    const int16_t *profile = band->profile[EYE_RIGHT];
+    int inwards = side == LEFT_EDGE ? 1 : -1;
+    int wall = side == LEFT_EDGE ? edge->before : edge->after;
+    int black = side == LEFT_EDGE ? edge->after : edge->before;
+    int x = (edge->x_q4 + 8) / 16;
+
+    if (band_edge_rises(edge) != (side == RIGHT_EDGE) || black > black_below(wall))
+        return 0;
+    if (opponent->seen && edge->x_q4 > opponent->first_q4 - OPPONENT_MARGIN_Q4 &&
+        edge->x_q4 < opponent->last_q4 + OPPONENT_MARGIN_Q4)
+        return 0;
+    if (run_length(profile, x + 2 * inwards, inwards, wall / 2, 1) < MIN_BLACK_PX - 2)
+        return 0;
+    return wall_length(profile, x - 2 * inwards, -inwards, wall) >= MIN_WALL_PX;
+}
+
+static int is_covered(const opponent_extent_t *opponent, int x)
+{
+    return opponent->seen && 16 * x >= opponent->first_q4 - OPPONENT_MARGIN_Q4 &&
+           16 * x <= opponent->last_q4 + OPPONENT_MARGIN_Q4;
+}
+
+/* Columns inwards from the edge that are black, or where the opponent stands before it. */
+static int black_run(const band_t *band, const band_edge_t *edge, int side,
+                     const opponent_extent_t *opponent)
+{
+    int step = side == LEFT_EDGE ? 1 : -1;
+    int limit = (side == LEFT_EDGE ? edge->before : edge->after) / 2;
+    int x = (edge->x_q4 + 8) / 16 + 2 * step;
+    int length = 2;
+
+    for (; x >= 0 && x < CAMERA_WIDTH_PX; x += step, length++)
+        if (band->profile[EYE_RIGHT][x] >= limit && !is_covered(opponent, x))
+            break;
+    return length;
+}
+
+/* How many black columns a goal with these edges has, one of which may be missing; 0 if it cannot
+ * be one. */
+static int goal_score(const band_t *band, const band_edge_t *left, const band_edge_t *right,
+                      const opponent_extent_t *opponent)
+{
+    int run = left ? black_run(band, left, LEFT_EDGE, opponent)
+                   : black_run(band, right, RIGHT_EDGE, opponent);
+
+    if (run < MIN_RUN_PX)
+        return 0;
+    if (left && right && run < (right->x_q4 - left->x_q4) / 16 - 3)
+        return 0;
+    /* Two edges are more than one. */
+    return 2 * run + (left && right);
+}
+
+/* The pair of edges, either of which may be missing, with the longest black run between them. */
+static void choose_edges(const band_t *band, const opponent_extent_t *opponent,
+                         goal_edge_t goal[EDGE_COUNT])
+{
+    const band_edges_t *found = &band->edges[EYE_RIGHT];
+    int best = 0;
+    int i;
+    int j;
+
+    goal[LEFT_EDGE].edge = goal[RIGHT_EDGE].edge = 0;
+    /* -1 and count stand for the frame's borders. */
+    for (i = -1; i < found->count; i++) {
+        const band_edge_t *left = i < 0 ? 0 : &found->edges[i];
+
+        if (left && !is_goal_edge(band, left, LEFT_EDGE, opponent))
+            continue;
+        for (j = i + 1; j <= found->count; j++) {
+            const band_edge_t *right = j == found->count ? 0 : &found->edges[j];
+            int score;
+
+            if ((!left && !right) || (right && !is_goal_edge(band, right, RIGHT_EDGE, opponent)))
+                continue;
+            score = goal_score(band, left, right, opponent);
+            if (score > best) {
+                best = score;
+                goal[LEFT_EDGE].edge = left;
+                goal[RIGHT_EDGE].edge = right;
+            }
+        }
+    }
+}
+
+/* Match the edge's block in the left eye; fills disparity and certainty, 0 if it has no match. */
+static void match_edge(const band_t *band, uint8_t search_max, goal_edge_t *goal)
+{
+    image_view_t views[EYE_COUNT];
+    match_params_t params = {MATCH_SAD,         BLOCK_SIZE,       BLOCK_SIZE, 1, 1, 0,
+                             BAND_MISALIGNMENT, CHECK_UNIQUENESS, 0,          0, 0, 0};
+    const band_edge_t *edge = goal->edge;
+    const band_edge_t *left;
+    match_t match;
+    uint32_t second;
+    int eye;
+
+    goal->d_q4 = goal->certainty = 0;
+    for (eye = 0; eye < EYE_COUNT; eye++) {
+        views[eye].pixels = band->grey[eye][0];
+        views[eye].width = views[eye].stride = CAMERA_WIDTH_PX;
+        views[eye].height = BAND_ROWS;
+    }
+    params.disparity_max = search_max;
+    if (match_find(&views[EYE_LEFT], &views[EYE_RIGHT], (edge->x_q4 + 16) / 16, BAND_LINE, &params,
+                   &match) != MATCH_OK)
+        return;
+    left = band_nearest_edge(band, EYE_LEFT, (int16_t)(edge->x_q4 + match.disparity_q4),
+                             band_edge_rises(edge), EDGE_REACH_Q4);
+    if (!left || left->x_q4 - edge->x_q4 < (int)DEPTH_MIN_DISPARITY_Q4)
+        return;
+    goal->d_q4 = left->x_q4 - edge->x_q4;
+    /* A place beside the right one that costs twice as much is certainty enough. */
+    second = match.second_cost > 2 * match.cost + 64 ? 2 * match.cost + 64 : match.second_cost;
+    goal->certainty = (int)(15u * (second - match.cost) / (match.cost + 64));
+}
+
+/* Distance between the points seen at both edges, mm. */
+static int width_between_mm(const goal_edge_t goal[EDGE_COUNT])
+{
+    int32_t z[EDGE_COUNT];
+    int32_t x[EDGE_COUNT];
+    int32_t square;
+    int32_t root = 0;
+    int i;
+
+    for (i = 0; i < EDGE_COUNT; i++) {
+        z[i] = CAMERA_FOCAL_BASELINE_Q8 / goal[i].d_q4 / 16;
+        x[i] =
+            (goal[i].edge->x_q4 - CAMERA_CX_Q4) * (CAMERA_BASELINE_UM / 100) / (10 * goal[i].d_q4);
+    }
+    square = (x[1] - x[0]) * (x[1] - x[0]) + (z[1] - z[0]) * (z[1] - z[0]);
+    while (root < 2 * MAX_WIDTH_MM && (root + 1) * (root + 1) <= square)
+        root++;
+    return (int)root;
+}
+
+/* Two edges that are not a goal's width apart belong to different things: keep the one that is
+ * matched with more certainty, and the farther of equals, since what hides a goal is nearer. */
+static void drop_impossible(goal_edge_t goal[EDGE_COUNT])
+{
+    int width_mm;
+    int drop;
+
+    if (!goal[LEFT_EDGE].d_q4 || !goal[RIGHT_EDGE].d_q4)
+        return;
+    width_mm = width_between_mm(goal);
+    if (width_mm >= MIN_WIDTH_MM && width_mm <= MAX_WIDTH_MM)
+        return;
+    if (goal[LEFT_EDGE].certainty != goal[RIGHT_EDGE].certainty)
+        drop = goal[LEFT_EDGE].certainty < goal[RIGHT_EDGE].certainty ? LEFT_EDGE : RIGHT_EDGE;
+    else
+        drop = goal[LEFT_EDGE].d_q4 > goal[RIGHT_EDGE].d_q4 ? LEFT_EDGE : RIGHT_EDGE;
+    goal[drop].d_q4 = 0;
+}
+
+void goal_find(const band_t *band, uint8_t search_max, const opponent_extent_t *opponent,
+               report_t *report)
+{
+    static const uint16_t flags[EDGE_COUNT] = {REPORT_GOAL_LEFT_EDGE, REPORT_GOAL_RIGHT_EDGE};
+    goal_edge_t goal[EDGE_COUNT] = {{0, 0, 0}, {0, 0, 0}};
+    int certainty = 0;
+    int seen = 0;
+    int i;
+
+    choose_edges(band, opponent, goal);
+    for (i = 0; i < EDGE_COUNT; i++)
+        if (goal[i].edge)
+            match_edge(band, search_max, &goal[i]);
+    drop_impossible(goal);
+    for (i = 0; i < EDGE_COUNT; i++) {
+        if (!goal[i].d_q4)
+            continue;
+        report->flags |= flags[i];
+        report->goal_x_q4[i] = (uint16_t)(goal[i].edge->x_q4 < 0 ? 0 : goal[i].edge->x_q4);
+        report->goal_disparity_q4[i] = (uint16_t)goal[i].d_q4;
+        certainty += goal[i].certainty;
+        seen++;
+    }
+    if (seen)
+        report->goal_confidence = (uint8_t)(certainty / seen < 1 ? 1 : certainty / seen);
+}

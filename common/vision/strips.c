@@ -1,0 +1,132 @@
+#include "vision/strips.h"
+
+#include "vision/camera.h"
+#include "vision/color.h"
+
+/* A strip shorter than this is noise: the ball at 1.2 m, the pitch's diagonal, is 18 px wide. */
+#define STRIP_MIN_PX    5
+/* Gaps in a strip are closed up to a sixth of what precedes them, and at least this many pixels. */
+#define GAP_MIN_PX      3
+#define GAP_SHARE       6
+/* A blob goes on after at most this many rows without a strip: a seam lying level. */
+#define GAP_ROWS        5
+#define BLOB_MIN_STRIPS 4
+
+void strips_begin(strips_t *strips)
+{
+    uint8_t i;
+
+    for (i = 0; i < STRIPS_BLOBS; i++)
+        strips->blobs[i].strips = 0;
+}
+
+int strips_next(const uint8_t *mask, uint16_t *x, uint16_t *first, uint16_t *last)
+{
+    uint16_t at = *x;
+    uint16_t gap = 0;
+
+    while (at < CAMERA_WIDTH_PX && !mask[at])
+        at++;
+    if (at == CAMERA_WIDTH_PX)
+        return 0;
+    *first = at;
+    *last = at;
+    for (; at < CAMERA_WIDTH_PX; at++) {
+        if (mask[at]) {
+            *last = at;
+            gap = 0;
+        } else if (++gap > GAP_MIN_PX && gap > (*last - *first) / GAP_SHARE) {
+            break;
+        }
+    }
+    *x = at;
+    return 1;
+}
+
+static int touches(const blob_t *blob, uint8_t row, uint16_t first, uint16_t last)
+{
+    return blob->strips && blob->bottom_row + GAP_ROWS >= row && blob->last_first <= last &&
+           first <= blob->last_last;
+}
+
+/* A blob that has ended and is too flat to be a ball. */
+static int is_speck(const blob_t *blob, uint8_t row)
+{
+    return blob->bottom_row + GAP_ROWS < row && blob->strips < BLOB_MIN_STRIPS;
+}
+
+/* The place for a new blob: a free one, or that of the blob with the narrowest widest strip. */
+static blob_t *place_for(strips_t *strips, uint8_t row, uint16_t width_px)
+{
+    blob_t *narrowest = &strips->blobs[0];
+    uint8_t i;
+
+    for (i = 0; i < STRIPS_BLOBS; i++) {
+        blob_t *blob = &strips->blobs[i];
+
+        if (!blob->strips || is_speck(blob, row))
+            return blob;
+        if (blob->width_px < narrowest->width_px)
+            narrowest = blob;
+    }
+    return narrowest->width_px < width_px ? narrowest : 0;
+}
+
+static void join(blob_t *blob, uint8_t row, uint16_t first, uint16_t last)
+{
+    uint16_t width_px = (uint16_t)(last - first + 1);
+
+    /* A second strip in the same row widens the place where the next row may touch. */
+    if (blob->bottom_row == row) {
+        if (first < blob->last_first)
+            blob->last_first = first;
+        if (last > blob->last_last)
+            blob->last_last = last;
+    } else {
+        blob->last_first = first;
+        blob->last_last = last;
+        blob->bottom_row = row;
+        blob->strips++;
+    }
+    if (first < blob->first)
+        blob->first = first;
+    if (last > blob->last)
+        blob->last = last;
+    if (width_px > blob->width_px)
+        blob->width_px = width_px;
+}
+
+static void take_strip(strips_t *strips, uint8_t row, uint16_t first, uint16_t last)
+{
+    uint16_t width_px = (uint16_t)(last - first + 1);
+    blob_t *blob;
+    uint8_t i;
+
+    for (i = 0; i < STRIPS_BLOBS; i++) {
+        if (touches(&strips->blobs[i], row, first, last)) {
+            join(&strips->blobs[i], row, first, last);
+            return;
+        }
+    }
+    blob = place_for(strips, row, width_px);
+    if (!blob)
+        return;
+    blob->last_first = blob->first = first;
+    blob->last_last = blob->last = last;
+    blob->width_px = width_px;
+    blob->top_row = blob->bottom_row = row;
+    blob->strips = 1;
+}
+
+void strips_row(strips_t *strips, uint8_t row, const uint16_t *rgb565)
+{
+    uint8_t mask[CAMERA_WIDTH_PX];
+    uint16_t x = 0;
+    uint16_t first;
+    uint16_t last;
+
+    color_yellow_mask(rgb565, CAMERA_WIDTH_PX, mask);
+    while (strips_next(mask, &x, &first, &last))
+        if (last - first + 1 >= STRIP_MIN_PX)
+            take_strip(strips, row, first, last);
+}
