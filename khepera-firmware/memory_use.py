@@ -61,19 +61,34 @@ def frame_sizes(folder):
     return sizes
 
 
-def call_graph(objdump, elf):
-    """Calls of each function by name; "*" stands for a call through a pointer."""
+def disassembly(objdump, elf):
+    return run(objdump, "-d", "-m", "m68k:cpu32", "-j", ".text", elf).splitlines()
+
+
+def function_addresses(lines):
+    heads = (re.match(r"^([0-9a-f]+) <([^>]+)>:$", line) for line in lines)
+    return {int(head.group(1), 16): head.group(2) for head in heads if head}
+
+
+def call_graph(lines):
+    """Calls of each function by name; "*" stands for a call through a pointer.
+
+    A function whose address is merely loaded counts as called: GCC keeps the addresses of what it
+    calls often in registers."""
+    functions = function_addresses(lines)
     graph, current = {}, None
-    for line in run(objdump, "-d", "-m", "m68k:cpu32", "-j", ".text", elf).splitlines():
+    for line in lines:
         if match := re.match(r"^[0-9a-f]+ <([^>]+)>:$", line):
             current = graph.setdefault(match.group(1), set())
-        elif current is not None and (match := re.search(r"\t(jsr|jmp|b\w+?)[bswl]? (.*)$", line)):
-            target = re.search(r"<([^>+]+)>", match.group(2))
-            if target:
-                current.add(target.group(1))
-            elif match.group(1) == "jsr":
+        elif current is not None:
+            current.update(re.findall(r"<([^>+]+)>", line))
+            for number in re.findall(r"move(?:a)?l #(\d+),", line):
+                if int(number) in functions:
+                    current.add(functions[int(number)])
+            if re.search(r"\tj(sr|mp) %", line):
                 current.add("*")
-    return graph
+    return {name: {one for one in calls if one == "*" or one in graph} - {name}
+            for name, calls in graph.items()}
 
 
 def calls_pointers(name, graph, seen=frozenset()):
@@ -91,8 +106,6 @@ def deepest(name, graph, sizes, pointed, path=()):
         raise SystemExit(f"memory use: recursion: {' -> '.join((*path, name))}")
     below = 0
     for callee in graph.get(name, ()):
-        if callee == name:
-            continue  # a jump within the function
         if callee == "*":
             leaves = {one for one in pointed if not calls_pointers(one, graph)}
             for one in pointed:
@@ -102,22 +115,17 @@ def deepest(name, graph, sizes, pointed, path=()):
     return sizes.get(name, sizes.get(plain, 0)) + RETURN_ADDRESS + below
 
 
-def pointed_functions(objdump, elf, graph):
-    """Functions whose address lies in the data or is an immediate operand."""
-    # The image is linked: read words of .data and .rodata that equal a function's address.
-    addresses = {}
-    for line in run(objdump, "-d", "-m", "m68k:cpu32", "-j", ".text", elf).splitlines():
-        if match := re.match(r"^([0-9a-f]+) <([^>]+)>:$", line):
-            addresses[int(match.group(1), 16)] = match.group(2)
+def pointed_functions(objdump, elf, addresses):
+    """Functions whose address lies in the linked image's data."""
     found = set()
     for section in (".rodata", ".data"):
-        dump = run(objdump, "-s", "-j", section, elf)
-        for line in dump.splitlines():
+        data = b""
+        for line in run(objdump, "-s", "-j", section, elf).splitlines():
             if match := re.match(r"^ [0-9a-f]+ ((?:[0-9a-f]{2,8} ?)+) ", line):
-                for word in match.group(1).split():
-                    if len(word) == 8 and int(word, 16) in addresses:
-                        found.add(addresses[int(word, 16)])
-    return found & set(graph)
+                data += bytes.fromhex(match.group(1))
+        for at in range(0, len(data) - 3, 2):  # the 68k aligns to two bytes
+            found.add(addresses.get(int.from_bytes(data[at : at + 4], "big")))
+    return found - {None}
 
 
 def main():
@@ -147,8 +155,9 @@ def main():
             stack = size
 
     sizes = frame_sizes(arguments.stack_usage)
-    graph = call_graph(arguments.objdump, arguments.elf)
-    pointed = pointed_functions(arguments.objdump, arguments.elf, graph)
+    code = disassembly(arguments.objdump, arguments.elf)
+    graph = call_graph(code)
+    pointed = pointed_functions(arguments.objdump, arguments.elf, function_addresses(code))
     interrupts = [name for name in graph if name.endswith("_isr")]
     isr = max((deepest(name, graph, sizes, pointed) for name in interrupts), default=0)
     need = deepest("main", graph, sizes, pointed) + INTERRUPT_LEVELS * (isr + EXCEPTION_FRAME)

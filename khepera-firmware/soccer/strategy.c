@@ -33,6 +33,7 @@
 #define OPPONENT_CLEAR_MM 90  /* between both middles */
 #define SHOT_CLEAR_MM     80  /* between the shot's line and the opponent's middle */
 #define GOAL_AIM_MM       100 /* half width of the goal that a shot aims at */
+#define GOAL_INSIDE_MM    60  /* aim of a ball that lies before the line: so far ahead of it */
 #define PUSH_ALONG_MIN_MM 60
 #define PUSH_ALONG_MAX_MM 260
 #define PUSH_LOST_MM      330
@@ -136,8 +137,8 @@ static void avoid(const pose_t *pose, const object_t *obstacle, int32_t *x_q4, i
         return;
     /* Obstacle left of the way: pass on its right, and the other way round. */
     out = angle_wrap(way + (across_mm >= 0 ? -ANGLE_90 : ANGLE_90));
-    if (size_of(ahead_y(obstacle->y_q4, out, OPPONENT_CLEAR_MM + 10)) > FREE_Y_MM * 16L ||
-        size_of(ahead_x(obstacle->x_q4, out, OPPONENT_CLEAR_MM + 10)) > FREE_X_MM * 16L)
+    if (size_of(ahead_y(obstacle->y_q4, out, OPPONENT_CLEAR_MM + 10)) > FREE_Y_MM * 16 ||
+        size_of(ahead_x(obstacle->x_q4, out, OPPONENT_CLEAR_MM + 10)) > FREE_X_MM * 16)
         out = angle_wrap(out + 2 * ANGLE_90);
     *x_q4 = ahead_x(obstacle->x_q4, out, OPPONENT_CLEAR_MM + 20);
     *y_q4 = ahead_y(obstacle->y_q4, out, OPPONENT_CLEAR_MM + 20);
@@ -148,8 +149,8 @@ static void drive_to(strategy_t *strategy, const world_t *world, const pose_t *p
 {
     int32_t distance_mm;
 
-    x_q4 = clamp(x_q4, FREE_X_MM * 16L);
-    y_q4 = clamp(y_q4, FREE_Y_MM * 16L);
+    x_q4 = clamp(x_q4, FREE_X_MM * 16);
+    y_q4 = clamp(y_q4, FREE_Y_MM * 16);
     if (world->opponent.known)
         avoid(pose, &world->opponent, &x_q4, &y_q4);
     distance_mm = (int32_t)length_of(x_q4 - pose->x_q4, y_q4 - pose->y_q4) / 16;
@@ -162,7 +163,7 @@ static void drive_to(strategy_t *strategy, const world_t *world, const pose_t *p
 
 static int free_for_robot(int32_t x_q4, int32_t y_q4)
 {
-    return size_of(x_q4) <= FREE_X_MM * 16L && size_of(y_q4) <= FREE_Y_MM * 16L;
+    return size_of(x_q4) <= FREE_X_MM * 16 && size_of(y_q4) <= FREE_Y_MM * 16;
 }
 
 /* Is the opponent near the ray from (x, y) in `direction`? 0 = no, up to COST_BLOCKED. */
@@ -202,10 +203,12 @@ static int32_t shot_cost(const strategy_t *strategy, const world_t *world, const
  * in the way, else the next best. */
 static void choose_shot(strategy_t *strategy, const world_t *world, const situation_t *now)
 {
-    int32_t goal_x = PITCH_HALF_LENGTH_MM * 16L - now->ball_x_q4;
+    int32_t to_line = PITCH_HALF_LENGTH_MM * 16 - now->ball_x_q4;
+    /* Near the line, and between the posts, the aim is a place inside the goal. */
+    int32_t goal_x = to_line > GOAL_INSIDE_MM * 16 ? to_line : GOAL_INSIDE_MM * 16;
     angle_t middle = angle_of(goal_x, -now->ball_y_q4);
-    angle_t left = angle_of(goal_x, GOAL_AIM_MM * 16L - now->ball_y_q4);
-    angle_t right = angle_of(goal_x, -GOAL_AIM_MM * 16L - now->ball_y_q4);
+    angle_t left = angle_of(goal_x, GOAL_AIM_MM * 16 - now->ball_y_q4);
+    angle_t right = angle_of(goal_x, -GOAL_AIM_MM * 16 - now->ball_y_q4);
     int32_t best = INT32_MAX;
     angle_t chosen = middle;
     int step;
@@ -271,8 +274,8 @@ static void search(strategy_t *strategy, const world_t *world)
 static void relocate(strategy_t *strategy, const world_t *world)
 {
     pose_t pose;
-    int32_t x_q4 = -340L * 16;
-    int32_t y_q4 = strategy->side * 170L * 16;
+    int32_t x_q4 = -340 * 16;
+    int32_t y_q4 = strategy->side * 170 * 16;
 
     odometry_pose(&world->odometry, &pose);
     if (x_q4 > pose.x_q4)
@@ -372,8 +375,8 @@ static int is_stuck(const strategy_t *strategy, const world_t *world)
     odometry_pose(&world->odometry, &pose);
     return strategy->stuck_ticks > STUCK_TICKS ||
            (world->localised &&
-            (size_of(pose.x_q4) > (PITCH_HALF_LENGTH_MM - ROBOT_RADIUS + OUTSIDE_MM) * 16L ||
-             size_of(pose.y_q4) > (PITCH_HALF_WIDTH_MM - ROBOT_RADIUS + OUTSIDE_MM) * 16L));
+            (size_of(pose.x_q4) > (PITCH_HALF_LENGTH_MM - ROBOT_RADIUS + OUTSIDE_MM) * 16 ||
+             size_of(pose.y_q4) > (PITCH_HALF_WIDTH_MM - ROBOT_RADIUS + OUTSIDE_MM) * 16));
 }
 
 void strategy_start(strategy_t *strategy)

@@ -133,8 +133,8 @@ static int32_t slower(int32_t speed_mm_s)
 static void roll(world_t *world, const pose_t *pose)
 {
     object_t *ball = &world->ball;
-    int32_t limit_x = (PITCH_HALF_LENGTH_MM + 60) * 16L;
-    int32_t limit_y = (PITCH_HALF_WIDTH_MM - BALL_RADIUS + 10) * 16L;
+    int32_t limit_x = (PITCH_HALF_LENGTH_MM + 60) * 16;
+    int32_t limit_y = (PITCH_HALF_WIDTH_MM - BALL_RADIUS + 10) * 16;
     int32_t dx;
     int32_t dy;
     int32_t distance;
@@ -147,9 +147,9 @@ static void roll(world_t *world, const pose_t *pose)
     dx = ball->x_q4 - pose->x_q4;
     dy = ball->y_q4 - pose->y_q4;
     distance = (int32_t)length_of(dx, dy);
-    if (distance < CONTACT_MM * 16L && distance > 0) {
-        ball->x_q4 = pose->x_q4 + dx * CONTACT_MM * 16L / distance;
-        ball->y_q4 = pose->y_q4 + dy * CONTACT_MM * 16L / distance;
+    if (distance < CONTACT_MM * 16 && distance > 0) {
+        ball->x_q4 = pose->x_q4 + dx * CONTACT_MM * 16 / distance;
+        ball->y_q4 = pose->y_q4 + dy * CONTACT_MM * 16 / distance;
     }
 }
 
@@ -213,7 +213,7 @@ static void pose_then(const world_t *world, uint32_t age_100us, pose_t *pose)
 
 static void to_field(const pose_t *pose, const place_t *place, int32_t *x_q4, int32_t *y_q4)
 {
-    rotate(pose->heading, place->forward_mm * 16L, place->left_mm * 16L, x_q4, y_q4);
+    rotate(pose->heading, place->forward_mm * 16, place->left_mm * 16, x_q4, y_q4);
     *x_q4 += pose->x_q4;
     *y_q4 += pose->y_q4;
 }
@@ -290,8 +290,8 @@ static unsigned position_error(const pose_t *then, const place_t edge[2], int si
         if (!edge[i].valid)
             continue;
         to_field(then, &edge[i], &x_q4, &y_q4);
-        error->x_q4 += side * PITCH_HALF_LENGTH_MM * 16L - x_q4;
-        error->y_q4 += side * (i == 0 ? GOAL_HALF_WIDTH_MM : -GOAL_HALF_WIDTH_MM) * 16L - y_q4;
+        error->x_q4 += side * PITCH_HALF_LENGTH_MM * 16 - x_q4;
+        error->y_q4 += side * (i == 0 ? GOAL_HALF_WIDTH_MM : -GOAL_HALF_WIDTH_MM) * 16 - y_q4;
         *var += (int32_t)edge[i].sigma_mm * edge[i].sigma_mm;
         seen++;
     }
@@ -305,10 +305,10 @@ static unsigned position_error(const pose_t *then, const place_t edge[2], int si
 
 static int inside_pitch(int32_t x_q4, int32_t y_q4)
 {
-    return x_q4 < (PITCH_HALF_LENGTH_MM + IN_PITCH_SLACK_MM) * 16L &&
-           x_q4 > -(PITCH_HALF_LENGTH_MM + IN_PITCH_SLACK_MM) * 16L &&
-           y_q4 < (PITCH_HALF_WIDTH_MM + IN_PITCH_SLACK_MM) * 16L &&
-           y_q4 > -(PITCH_HALF_WIDTH_MM + IN_PITCH_SLACK_MM) * 16L;
+    return x_q4 < (PITCH_HALF_LENGTH_MM + IN_PITCH_SLACK_MM) * 16 &&
+           x_q4 > -(PITCH_HALF_LENGTH_MM + IN_PITCH_SLACK_MM) * 16 &&
+           y_q4 < (PITCH_HALF_WIDTH_MM + IN_PITCH_SLACK_MM) * 16 &&
+           y_q4 > -(PITCH_HALF_WIDTH_MM + IN_PITCH_SLACK_MM) * 16;
 }
 
 /* Which goal is seen: 1 the opponent's, -1 the own, 0 cannot be told. */
