@@ -8,8 +8,12 @@ void be_put16(uint8_t *at, uint16_t value)
 
 void be_put32(uint8_t *at, uint32_t value)
 {
-    be_put16(at, (uint16_t)(value >> 16));
-    be_put16(at + 2, (uint16_t)value);
+    uint8_t i;
+
+    for (i = 0; i < 4; i++) {
+        *at++ = (uint8_t)(value >> 24);
+        value <<= 8;
+    }
 }
 
 uint16_t be_get16(const uint8_t *at)

@@ -1,0 +1,207 @@
+#include "app/configure.h"
+
+#include "app/flash_chip.h"
+#include "app/slot_store.h"
+#include "board/turret.h"
+#include "drivers/clock.h"
+#include "drivers/compiler.h"
+#include "drivers/flash_bus.h"
+#include "drivers/fpga_port.h"
+
+/* The longest anything may take. The flash may still be erasing from before a reset of the FX2; the
+ * FPGA clears its memory after PROG#; a block takes 53 us; DONE rises within the bitstream's end.
+ */
+#define FLASH_READY_TICKS CLOCK_TICKS(2000000ul)
+#define INIT_FALL_TICKS   CLOCK_TICKS(1000ul)
+#define INIT_RISE_TICKS   CLOCK_TICKS(50000ul)
+#define BLOCK_TICKS       CLOCK_TICKS(500ul)
+#define DONE_RISE_TICKS   CLOCK_TICKS(5000ul)
+
+typedef enum {
+    AT_REST,
+    AWAIT_FLASH,
+    FIND_SLOT,
+    AWAIT_INIT_LOW,
+    AWAIT_INIT_HIGH,
+    STREAM,
+    AWAIT_DONE
+} state_t;
+
+static uint8_t state = AT_REST; /* state_t */
+static uint16_t entered;        /* clock_ticks() when this state, or this block, began */
+static XDATA config_status_t outcome;
+static XDATA stored_bitstream_t bitstream;
+static uint16_t blocks;      /* of the bitstream, a last part of one included */
+static uint16_t blocks_done; /* of these, clocked into the FPGA */
+
+static void enter(uint8_t next)
+{
+    state = next;
+    entered = clock_ticks();
+}
+
+static uint8_t expired(uint16_t limit_ticks)
+{
+    return (uint16_t)(clock_ticks() - entered) > limit_ticks;
+}
+
+static void finish(uint8_t result)
+{
+    flash_bus_stream_end();
+    fpga_port_select(0);
+    flash_bus_release();
+    outcome.result = result;
+    outcome.time_us = clock_us();
+    state = AT_REST;
+}
+
+/* Whatever the FPGA has taken, it shall not start with it: erase it. */
+static void fail(uint8_t result)
+{
+    fpga_port_select(0);
+    fpga_port_program(1);
+    finish(result);
+    fpga_port_program(0);
+}
+
+void configure_start(void)
+{
+    if (state == STREAM)
+        flash_bus_stream_abort();
+    if (state != AT_REST)
+        fail(CONFIG_BUSY);
+    outcome.result = CONFIG_BUSY;
+    outcome.slot = CONFIG_NO_SLOT;
+    outcome.time_us = 0;
+    blocks_done = 0;
+    flash_bus_select();
+    enter(AWAIT_FLASH);
+}
+
+static void await_flash(void)
+{
+    if (flash_bus_ready())
+        enter(FIND_SLOT);
+    else if (expired(FLASH_READY_TICKS))
+        finish(CONFIG_NO_FLASH);
+}
+
+/* Look for the bitstream before the FPGA loses the one it has. */
+static void find_slot(void)
+{
+    if (flash_chip_identify() != FLASH_OK) {
+        finish(CONFIG_NO_FLASH);
+        return;
+    }
+    outcome.slot = slot_store_default();
+    if (outcome.slot == CONFIG_NO_SLOT) {
+        finish(CONFIG_NO_DEFAULT);
+        return;
+    }
+    if (!slot_store_find(outcome.slot, &bitstream)) {
+        finish(CONFIG_BAD_SLOT);
+        return;
+    }
+    blocks = (uint16_t)((bitstream.length + (TURRET_FLASH_BLOCK - 1u)) / TURRET_FLASH_BLOCK);
+    fpga_port_program(1);
+    enter(AWAIT_INIT_LOW);
+}
+
+/* With PROG# low the FPGA holds INIT# low; without an FPGA the pull-up keeps it high. */
+static void await_init_low(void)
+{
+    if (!fpga_port_init_level()) {
+        fpga_port_program(0);
+        enter(AWAIT_INIT_HIGH);
+    } else if (expired(INIT_FALL_TICKS)) {
+        fail(CONFIG_NO_INIT);
+    }
+}
+
+/* The next block, which is shorter if it is the last and the length is no multiple of 512. */
+static void start_block(void)
+{
+    uint16_t length = TURRET_FLASH_BLOCK;
+
+    if (blocks_done == blocks - 1u)
+        length = (uint16_t)((bitstream.length - 1u) % TURRET_FLASH_BLOCK) + 1u;
+    flash_bus_stream_start(bitstream.block + blocks_done, length);
+    entered = clock_ticks();
+}
+
+static void await_init_high(void)
+{
+    if (fpga_port_init_level()) {
+        fpga_port_select(1);
+        flash_bus_stream_begin();
+        state = STREAM;
+        start_block();
+    } else if (expired(INIT_RISE_TICKS)) {
+        fail(CONFIG_NO_INIT);
+    }
+}
+
+static void stream(void)
+{
+    if (!flash_bus_stream_busy()) {
+        blocks_done++;
+        if (blocks_done != blocks)
+            start_block();
+        else
+            enter(AWAIT_DONE);
+    } else if (!fpga_port_init_level()) {
+        flash_bus_stream_abort();
+        fail(CONFIG_CRC_ERROR);
+    } else if (expired(BLOCK_TICKS)) {
+        flash_bus_stream_abort();
+        fail(CONFIG_BUS_STUCK);
+    }
+}
+
+static void await_done(void)
+{
+    if (fpga_port_done_level())
+        finish(CONFIG_OK);
+    else if (!fpga_port_init_level())
+        fail(CONFIG_CRC_ERROR);
+    else if (expired(DONE_RISE_TICKS))
+        fail(CONFIG_NO_DONE);
+}
+
+uint8_t configure_step(void)
+{
+    switch (state) {
+    case AWAIT_FLASH:
+        await_flash();
+        break;
+    case FIND_SLOT:
+        find_slot();
+        break;
+    case AWAIT_INIT_LOW:
+        await_init_low();
+        break;
+    case AWAIT_INIT_HIGH:
+        await_init_high();
+        break;
+    case STREAM:
+        stream();
+        break;
+    case AWAIT_DONE:
+        await_done();
+        break;
+    default:
+        break;
+    }
+    return state != AT_REST;
+}
+
+const config_status_t *configure_status(void)
+{
+    if (blocks_done != 0 && blocks_done == blocks)
+        outcome.bytes = bitstream.length;
+    else
+        outcome.bytes = (uint32_t)blocks_done * TURRET_FLASH_BLOCK;
+    outcome.init = fpga_port_init_level();
+    outcome.done = fpga_port_done_level();
+    return &outcome;
+}

@@ -1,0 +1,47 @@
+/* The turret's FX2: brings the FPGA up from the flash, with or without a PC, and answers on USB. */
+#include "app/configure.h"
+#include "app/usb_device.h"
+#include "drivers/clock.h"
+#include "drivers/cpu.h"
+#include "drivers/flash_bus.h"
+#include "drivers/fpga_port.h"
+#include "drivers/gpif.h"
+#include "drivers/usb.h"
+
+/* If the image came over USB (request 0xA0), the host still believes in the blank chip: stay off
+ * the bus long enough for any hub to notice. */
+#define DISCONNECTED_TICKS CLOCK_TICKS(20000ul)
+
+static void init(void)
+{
+    clock_enable();
+    usb_init();
+    gpif_init();
+    fpga_port_init();
+    flash_bus_init();
+    cpu_allow_interrupts();
+}
+
+void main(void)
+{
+    uint8_t connected = 0;
+    uint8_t working;
+
+    init();
+    configure_start();
+    for (;;) {
+        usb_device_poll();
+        working = configure_step();
+        if (!connected) {
+            connected = clock_ticks() >= DISCONNECTED_TICKS;
+            if (connected)
+                usb_connect(1);
+            continue;
+        }
+        cpu_hold_interrupts();
+        if (working || usb_has_events())
+            cpu_allow_interrupts();
+        else
+            cpu_sleep();
+    }
+}

@@ -1,0 +1,44 @@
+/* The bus to the turret's parallel flash: chip select, address pins, and cycles by the GPIF.
+ *
+ * An address is a block of TURRET_FLASH_BLOCK (512) bytes, 0..7FFF, and a byte offset from its
+ * start: sixteen bits each, which an 8051 can afford. The block is set on port pins, the offset
+ * within it the GPIF counts by itself; an offset may lie beyond the block, but no access may cross
+ * the end of one. Nothing here may be called from an interrupt. */
+#ifndef DRIVERS_FLASH_BUS_H
+#define DRIVERS_FLASH_BUS_H
+
+#include "drivers/compiler.h"
+
+#include <stdint.h>
+
+/* Drive the address pins and deselect the flash. After gpif_init(). */
+void flash_bus_init(void);
+
+/* Select the flash; release it again. All that follows needs it selected. */
+void flash_bus_select(void);
+void flash_bus_release(void);
+
+/* Read `length` bytes (1..255) at `block` and `offset`. */
+void flash_bus_read(uint16_t block, uint16_t offset, XDATA uint8_t *data, uint8_t length);
+
+/* One write cycle: a command or a byte to program. Does not wait until the flash has done it. */
+void flash_bus_write(uint16_t block, uint16_t offset, uint8_t value);
+
+/* RY/BY#: 1 = ready, 0 = erasing or programming. Without a flash: 1 (pull-up). */
+uint8_t flash_bus_ready(void);
+
+/* Stream from the flash into the FPGA, whose chip select the caller holds: begin, then blocks one
+ * by one, each started when the one before is no longer busy, then end. */
+void flash_bus_stream_begin(void);
+void flash_bus_stream_end(void);
+
+/* Start streaming the first `length` bytes (1..512) of block `block`. Returns at once. */
+void flash_bus_stream_start(uint16_t block, uint16_t length);
+
+/* 1 while that block is on its way: 512 bytes take 53.3 us. */
+uint8_t flash_bus_stream_busy(void);
+
+/* Give the block up: for when it does not end within its time. */
+void flash_bus_stream_abort(void);
+
+#endif

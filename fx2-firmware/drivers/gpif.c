@@ -1,0 +1,206 @@
+#include "drivers/gpif.h"
+
+#include "board/turret.h"
+#include "drivers/fx2_regs.h"
+
+/* Levels of CTL[5:0] (GPIFCTLCFG = 0: always driven). */
+#define CCLK (1u << TURRET_CTL_CCLK)
+#define OE_N (1u << TURRET_CTL_FLASH_OE)
+#define WE_N (1u << TURRET_CTL_FLASH_WE)
+#define REST (OE_N | WE_N)
+
+/* Opcodes of a state, TRM table "GPIF waveform descriptors". */
+#define OP_DECIDE 0x01u /* the state lasts one period, then branches */
+#define OP_DATA   0x02u /* write: drive FD; read: sample FD */
+#define OP_INCAD  0x08u /* GPIFADR + 1 */
+
+#define BRANCH(if_true, if_false) ((uint8_t)((if_true) << 3 | (if_false)))
+#define IDLE                      7u
+#define LOGIC_TC_EXPIRED          0x2Du /* ready input 5 AND itself; see GPIFREADYCFG_TCXRDY5 */
+
+enum { WAVE_READ = 0, WAVE_WRITE = 1, WAVE_STREAM = 2, WAVE_BYTES = 32 };
+
+/* One IFCLK period is T = 20.83 ns. Delays from IFCLK to a pin (data sheet of the CY7C68013, GPIF
+ * synchronous): CTL at most 6.7 ns, GPIFADR 7.5 ns, FD 11 ns, at least 0 each; FD must be there
+ * 9.2 ns before IFCLK. A "wave" below is 7 lengths or branches, 7 opcodes, 7 outputs and 7 logic
+ * functions, each group padded to 8.
+ *
+ * READ, OE# low throughout; states 5 + 1 + 1:
+ *   flash access   70 ns from the address, which is stable at least one state before S0 ends
+ *                  needs 70 + 7.5 + 9.2 = 86.7 ns <= 5 T = 104 ns at S1's beginning, where the
+ * TRM's figures sample; later at its end next address   S2: after the sampling edge in either case
+ *
+ * WRITE; states 1 + 3 + 1 + 1:
+ *   address, data  stable from S0 on; WE# falls 1 T later (address set-up 0 ns)
+ *   WE# low        3 T = 62.5 ns, less 6.7: >= 35 ns
+ *   data set-up    4 T - 11 = 72 ns before WE# rises: >= 45 ns
+ *   data hold      S2, 1 T - 6.7 = 14 ns: >= 0 ns
+ *
+ * STREAM, OE# low throughout; states 1 + 3 + 1 = 5 T = 104 ns a byte, CCLK high in the last:
+ *   which edge     INCAD stands in the state with CCLK high. Should the address change at the end
+ * of its state (as we read the TRM), the next byte has 4 T to CCLK's rise: set-up       4 T - 7.5 -
+ * 70 = 5.8 ns >= 5 ns of the FPGA hold         1 T - 6.7 = 14 ns >= 0 Should it change at the
+ * beginning, set-up grows by 1 T, and the hold is what the flash needs to react to an address (0 by
+ * its data sheet, in truth far more). CCLK           9.6 MHz, high for 1 T count          Each pass
+ * samples FD once, into a FIFO that is thrown away. The transaction counter counts these samples;
+ * the decision, three periods later, cannot come so close that it matters when exactly the count is
+ * taken. The loop leaves through the decision and not over IDLE, whose length would add to the
+ * period. */
+/* clang-format off */
+static const CODE uint8_t waveforms[3 * WAVE_BYTES] = {
+    /* READ: lengths and branches, opcodes, outputs, logic */
+    5, 1, BRANCH(IDLE, IDLE), 1, 1, 1, 1, 0,
+    0, OP_DATA, OP_DECIDE | OP_INCAD, 0, 0, 0, 0, 0,
+    WE_N, WE_N, WE_N, REST, REST, REST, REST, 0,
+    0, 0, LOGIC_TC_EXPIRED, 0, 0, 0, 0, 0,
+    /* WRITE */
+    1, 3, 1, BRANCH(IDLE, IDLE), 1, 1, 1, 0,
+    OP_DATA, OP_DATA, OP_DATA, OP_DECIDE, 0, 0, 0, 0,
+    REST, OE_N, REST, REST, REST, REST, REST, 0,
+    0, 0, 0, LOGIC_TC_EXPIRED, 0, 0, 0, 0,
+    /* STREAM */
+    1, 3, BRANCH(IDLE, 0), 1, 1, 1, 1, 0,
+    OP_DATA, 0, OP_DECIDE | OP_INCAD, 0, 0, 0, 0, 0,
+    WE_N, WE_N, WE_N | CCLK, WE_N, WE_N, WE_N, WE_N, 0,
+    0, 0, LOGIC_TC_EXPIRED, 0, 0, 0, 0, 0,
+};
+/* clang-format on */
+
+/* A single cycle takes at most 8 periods; the CPU is at least as long at reading GPIFTRIG. If the
+ * GPIF should stand still all the same, waiting for it must end. */
+#define SINGLE_POLLS 32u
+
+static void load_waveforms(void)
+{
+    uint8_t i;
+
+    for (i = 0; i < sizeof waveforms; i++)
+        GPIF_WAVEFORMS[i] = waveforms[i];
+}
+
+void gpif_init(void)
+{
+    GPIFABORT = 0xFF;
+    IFCONFIG = IFCONFIG_INTERNAL | IFCONFIG_48MHZ | IFCONFIG_OUTPUT | IFCONFIG_GPIF;
+    SYNCDELAY();
+    GPIFCTLCFG = 0;
+    GPIFIDLECS = 0; /* FD floats while the GPIF is idle */
+    GPIFIDLECTL = REST;
+    GPIFREADYCFG =
+        GPIFREADYCFG_TCXRDY5; /* RDY pins go through two flip-flops: they are asynchronous */
+    GPIFWFSELECT = (WAVE_WRITE << 6) | (WAVE_READ << 4) | (WAVE_STREAM << 2) | WAVE_STREAM;
+    FLOWSTATE = 0;
+    load_waveforms();
+
+    /* Address pins. */
+    PORTCCFG = 0xFF;
+    OEC = 0xFF;
+    PORTECFG = PORTECFG_GPIFA8;
+
+    /* EP6 as the FIFO that takes the stream's samples. It is never committed to USB. WORDWIDE = 0
+     * in all four, or port D would be FD[15:8]. */
+    SYNCDELAY();
+    EP2FIFOCFG = 0;
+    SYNCDELAY();
+    EP4FIFOCFG = 0;
+    SYNCDELAY();
+    EP6FIFOCFG = 0;
+    SYNCDELAY();
+    EP8FIFOCFG = 0;
+    EP6CFG = EPCFG_VALID | EPCFG_IN | EPCFG_BULK | EPCFG_DOUBLE;
+    EP6GPIFPFSTOP = 0; /* the count ends a transaction, not the FIFO's flag */
+    SYNCDELAY();
+    GPIFTCB3 = 0;
+    SYNCDELAY();
+    GPIFTCB2 = 0;
+    SYNCDELAY();
+}
+
+void gpif_set_offset(uint16_t offset)
+{
+    SYNCDELAY();
+    GPIFADRH = (uint8_t)(offset >> 8);
+    SYNCDELAY();
+    GPIFADRL = (uint8_t)offset;
+    SYNCDELAY();
+}
+
+static void wait_single(void)
+{
+    uint8_t polls = SINGLE_POLLS;
+
+    while (!(GPIFTRIG & GPIFTRIG_DONE)) {
+        if (--polls == 0) {
+            GPIFABORT = 0xFF;
+            return;
+        }
+    }
+}
+
+void gpif_read(XDATA uint8_t *data, uint8_t length)
+{
+    uint8_t started;
+
+    do {
+        started = GPIFSGLDATLX; /* what it returns belongs to an earlier read */
+        wait_single();
+        *data++ = GPIFSGLDATLNOX;
+    } while (--length);
+    (void)started;
+}
+
+void gpif_write(uint8_t value)
+{
+    GPIFSGLDATLX = value;
+    wait_single();
+}
+
+void gpif_stream_begin(void)
+{
+    GPIFIDLECTL = WE_N;
+}
+
+void gpif_stream_end(void)
+{
+    GPIFIDLECTL = REST;
+}
+
+static void discard_samples(void)
+{
+    FIFORESET = FIFORESET_NAKALL;
+    SYNCDELAY();
+    FIFORESET = FIFORESET_NAKALL | 6;
+    SYNCDELAY();
+    FIFORESET = 0;
+    SYNCDELAY();
+}
+
+void gpif_stream_start(uint16_t length)
+{
+    discard_samples();
+    GPIFADRH = 0;
+    SYNCDELAY();
+    GPIFADRL = 0;
+    SYNCDELAY();
+    GPIFTCB1 = (uint8_t)(length >> 8);
+    SYNCDELAY();
+    GPIFTCB0 = (uint8_t)length;
+    SYNCDELAY();
+    GPIFTRIG = GPIFTRIG_READ | GPIFTRIG_EP6;
+}
+
+uint8_t gpif_stream_busy(void)
+{
+    return !(GPIFTRIG & GPIFTRIG_DONE);
+}
+
+void gpif_stream_abort(void)
+{
+    GPIFABORT = 0xFF;
+    discard_samples();
+}
+
+uint8_t gpif_ready_pins(void)
+{
+    return GPIFREADYSTAT;
+}

@@ -1,0 +1,130 @@
+#include "drivers/usb.h"
+
+#include "drivers/fx2_regs.h"
+
+#define EVENTS (USBIRQ_SUDAV | USBIRQ_URES)
+
+static volatile uint8_t
+    pending; /* USB_EVENT_*: set by the interrupt, cleared by usb_take_events() */
+
+usb_setup_t usb_setup;
+
+/* The answer that is on its way. */
+static const XDATA uint8_t *answer;
+static uint16_t answer_left;
+static uint8_t answer_more; /* 1: at least one more packet, perhaps an empty one */
+static uint8_t answer_ends_short;
+
+ISR(usb_isr, INTERRUPT_USB)
+{
+    uint8_t causes = USBIRQ & EVENTS;
+
+    /* The CPU's flag first, then the cause: a cause that comes in between sets the flag again. */
+    EXIF &= (uint8_t)~EXIF_USBINT;
+    USBIRQ = causes;
+    EPIRQ = EPIRQ_EP0IN; /* nothing to note: it only wakes the CPU for usb_control_continue() */
+    pending |= causes;
+}
+
+void usb_init(void)
+{
+    USBCS = USBCS_DISCON | USBCS_RENUM;
+    EP1OUTCFG = EPCFG_INVALID;
+    EP1INCFG = EPCFG_INVALID;
+    EP2CFG = EPCFG_INVALID;
+    EP4CFG = EPCFG_INVALID;
+    EP8CFG = EPCFG_INVALID;
+    INTSETUP = 0; /* one handler for all causes: no autovectoring */
+    USBIRQ = 0xFF;
+    EPIRQ = 0xFF;
+    USBIE = EVENTS;
+    EPIE = EPIRQ_EP0IN;
+    EIE |= EIE_USB;
+}
+
+void usb_connect(uint8_t connected)
+{
+    USBCS = connected ? USBCS_RENUM : (USBCS_DISCON | USBCS_RENUM);
+}
+
+uint8_t usb_is_high_speed(void)
+{
+    return (USBCS & USBCS_HSM) != 0;
+}
+
+uint8_t usb_has_events(void)
+{
+    return pending;
+}
+
+uint8_t usb_take_events(void)
+{
+    uint8_t events;
+
+    EA = 0;
+    events = pending;
+    pending = 0;
+    EA = 1;
+    return events;
+}
+
+#define SETUP_WORD(at) ((uint16_t)((uint16_t)SETUPDAT[(at) + 1] << 8) | SETUPDAT[at])
+
+void usb_read_setup(void)
+{
+    usb_setup.type = SETUPDAT[0];
+    usb_setup.number = SETUPDAT[1];
+    usb_setup.value = SETUP_WORD(2);
+    usb_setup.index = SETUP_WORD(4);
+    usb_setup.length = SETUP_WORD(6);
+    answer_more = 0;
+}
+
+/* A newer SETUP packet has come: what we would say now would answer the wrong request. */
+static uint8_t superseded(void)
+{
+    return pending & USB_EVENT_SETUP;
+}
+
+static void load_packet(void)
+{
+    uint8_t length = answer_left > USB_PACKET_EP0 ? USB_PACKET_EP0 : (uint8_t)answer_left;
+    uint8_t i;
+
+    for (i = 0; i < length; i++)
+        EP0BUF[i] = *answer++;
+    answer_left -= length;
+    answer_more = answer_left != 0 || (length == USB_PACKET_EP0 && answer_ends_short);
+    EP0BCH = 0;
+    SYNCDELAY();
+    EP0BCL = length;
+}
+
+void usb_control_send(const XDATA uint8_t *data, uint16_t length, uint8_t short_of_request)
+{
+    if (superseded())
+        return;
+    answer = data;
+    answer_left = length;
+    answer_ends_short = short_of_request;
+    load_packet();
+    EP0CS = EP0CS_HSNAK;
+}
+
+void usb_control_continue(void)
+{
+    if (answer_more && !superseded() && !(EP0CS & EP0CS_BUSY))
+        load_packet();
+}
+
+void usb_control_acknowledge(void)
+{
+    if (!superseded())
+        EP0CS = EP0CS_HSNAK;
+}
+
+void usb_control_stall(void)
+{
+    if (!superseded())
+        EP0CS = EP0CS_HSNAK | EP0CS_STALL;
+}
