@@ -12,6 +12,7 @@
 #define MIN_WALL_PX        5
 /* Shortest run that may be a goal. */
 #define MIN_RUN_PX         16
+#define PAIR_BONUS_PX      8
 /* Columns around the opponent in which edges are his. */
 #define OPPONENT_MARGIN_Q4 (4 * 16)
 /* The left eye's edge lies this close to where the blocks match. */
@@ -107,8 +108,8 @@ static int goal_score(const band_t *band, const band_edge_t *left, const band_ed
         return 0;
     if (left && right && run < (right->x_q4 - left->x_q4) / 16 - 3)
         return 0;
-    /* Two edges are more than one. */
-    return 2 * run + (left && right);
+    /* Two edges are more than either of them alone. */
+    return left && right ? run + PAIR_BONUS_PX : run;
 }
 
 /* The pair of edges, either of which may be missing, with the longest black run between them. */
