@@ -84,7 +84,8 @@ fn compare_end<'a>(case: &Case, dumps: &mut impl Iterator<Item = &'a Dump>) -> R
     Ok(())
 }
 
-fn compare_memory(
+/// Compares bytes but for the bits that `ignored` gives for an address.
+pub fn compare_memory(
     what: &str,
     ours: &Dump,
     theirs: &Dump,

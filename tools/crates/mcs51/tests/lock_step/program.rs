@@ -5,7 +5,7 @@
 
 use mcs51::{Bus, Cpu, Instruction, Operand, sfr};
 
-const CASES: usize = 100;
+const CASES: usize = 250;
 const STEPS: usize = 60;
 
 /// Port 2, which the reference takes as the high byte of `MOVX @Ri`; the FX2 has MPAGE instead.
@@ -88,6 +88,21 @@ pub struct Memory {
     pub sfr: [u8; 256],
     /// Addresses that the current case wrote.
     written_xdata: Vec<u16>,
+}
+
+impl Memory {
+    /// `code` at address 0, zero everywhere else.
+    pub fn new(code: &[u8]) -> Self {
+        let mut padded = vec![0; 0x1_0000];
+        padded[..code.len()].copy_from_slice(code);
+        Self {
+            code: padded,
+            read: vec![false; 0x1_0000],
+            xdata: vec![0; 0x1_0000],
+            sfr: [0; 256],
+            written_xdata: Vec::new(),
+        }
+    }
 }
 
 impl Bus for Memory {
@@ -193,13 +208,8 @@ impl Batch {
         let mut random = Random(seed);
         let mut fill = || (0..0x1_0000).map(|_| random.byte()).collect::<Vec<u8>>();
         let (code, xdata) = (fill(), fill());
-        let mut memory = Memory {
-            code,
-            read: vec![false; 0x1_0000],
-            xdata: xdata.clone(),
-            sfr: [0; 256],
-            written_xdata: Vec::new(),
-        };
+        let mut memory = Memory::new(&code);
+        memory.xdata.clone_from(&xdata);
         let cases = (0..CASES).map(|_| generate_case(&mut random, &mut memory)).collect();
         Self { code: memory.code, xdata, cases, xdata_after: memory.xdata }
     }

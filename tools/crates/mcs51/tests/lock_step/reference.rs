@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use crate::program::{Batch, Case, Registers};
 
-/// Generous: a batch takes about a second.
+/// Generous: a batch takes about three seconds.
 const DEADLINE: Duration = Duration::from_secs(60);
 const CLOCKS_PER_CYCLE: u32 = 4;
 
@@ -44,16 +44,23 @@ pub struct Answers {
     pub dumps: Vec<Dump>,
 }
 
-/// Runs a batch on the reference.
-pub fn run(seed: u64, batch: &Batch) -> Answers {
-    let directory = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("lock-step-{seed:x}"));
+/// Runs `script` on the reference; `files` are what it loads.
+pub fn run(name: &str, files: &[(&str, String)], script: &str) -> Answers {
+    let directory = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("lock-step-{name}"));
     fs::create_dir_all(&directory).expect("a scratch directory");
-    fs::write(directory.join("code.ihx"), intel_hex(&batch.code)).expect("the code is written");
-    fs::write(directory.join("script"), script(batch)).expect("the script is written");
+    for (file, text) in files {
+        fs::write(directory.join(file), text).expect("a file is written");
+    }
+    fs::write(directory.join("script"), format!("{script}quit\n")).expect("the script is written");
     let text = execute(&directory);
     let answers = parse(&text);
     fs::remove_dir_all(&directory).expect("the scratch directory is removed");
     answers
+}
+
+/// Runs a batch on the reference.
+pub fn run_batch(seed: u64, batch: &Batch) -> Answers {
+    run(&format!("{seed:x}"), &[("code.ihx", intel_hex(&batch.code))], &script(batch))
 }
 
 fn execute(directory: &Path) -> String {
@@ -103,13 +110,14 @@ fn script(batch: &Batch) -> String {
     for case in &batch.cases {
         script_case(&mut text, case);
     }
-    text + "dump xram 0 0xffff\nquit\n"
+    text + "dump xram 0 0xffff\n"
 }
 
 fn script_case(text: &mut String, case: &Case) {
     set_memory(text, "iram", 0, &case.iram);
-    for &(address, value) in &case.sfr {
-        set_memory(text, "sfr", address.into(), &[value]);
+    for run in case.sfr.chunk_by(|(address, _), (next, _)| *next == address + 1) {
+        let values: Vec<u8> = run.iter().map(|&(_, value)| value).collect();
+        set_memory(text, "sfr", run[0].0.into(), &values);
     }
     // Again, because a write of ACC changes its parity.
     for &(address, value) in case.sfr.iter().filter(|(address, _)| *address == mcs51::sfr::PSW) {
@@ -129,7 +137,7 @@ fn script_case(text: &mut String, case: &Case) {
     }
 }
 
-fn set_memory(text: &mut String, space: &str, address: u16, bytes: &[u8]) {
+pub fn set_memory(text: &mut String, space: &str, address: u16, bytes: &[u8]) {
     write!(text, "set memory {space} {address:#x}").expect("a string grows");
     for byte in bytes {
         write!(text, " {byte}").expect("a string grows");
