@@ -128,7 +128,10 @@ impl Content {
         let noise = |word: u32| {
             let mut hash = self.noise;
             hash.update(&(index * words + word).to_be_bytes());
-            (hash.value() >> 32 & hash.value()) as u32
+            // The hash's high bits hardly depend on the last byte; this spreads it (2^64 / golden
+            // ratio).
+            let spread = (hash.value() ^ hash.value() >> 32).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+            (spread >> 32 & spread) as u32
         };
         (0..words - 1).map(noise).chain([0]).collect()
     }

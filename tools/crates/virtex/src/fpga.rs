@@ -347,14 +347,14 @@ mod tests {
         fpga
     }
 
-    /// Both eyes see a yellow disc of radius 20 px in row 150, the left one `disparity` further
-    /// right.
+    /// The ball of the paper's scene as a yellow disc: 92 px wide, in the left eye `disparity`
+    /// further right.
     fn ball(disparity: usize) -> [Vec<u16>; 2] {
         [disparity, 0].map(|shift| {
             let mut pixels = vec![GREEN; WIDTH * HEIGHT];
             for (y, row) in pixels.chunks_exact_mut(WIDTH).enumerate() {
                 for (x, pixel) in row.iter_mut().enumerate() {
-                    if (x.abs_diff(120 + shift)).pow(2) + y.abs_diff(150).pow(2) <= 400 {
+                    if (x.abs_diff(146 + shift)).pow(2) + y.abs_diff(148).pow(2) <= 46 * 46 {
                         *pixel = YELLOW;
                     }
                 }
@@ -364,7 +364,7 @@ mod tests {
     }
 
     fn show(fpga: &mut Fpga, end: Ps) {
-        let [left, right] = ball(20);
+        let [left, right] = ball(69);
         let flags = REPORT_FRAME_TORN as u16;
         let mid_exposure = end - 20 * MS;
         fpga.frame(&Frame { end, mid_exposure, left: &left, right: &right, flags });
@@ -412,7 +412,11 @@ mod tests {
         let exposed = (FIRST_FRAME - 20 * MS - started) / REPORT_TICK;
         assert_eq!(report.exposure_time, exposed as u16);
         assert_eq!(report.flags & REPORT_BALL as u16, REPORT_BALL as u16);
-        assert!(report.ball_disparity_q4.abs_diff(20 * 16) <= 8, "{}", report.ball_disparity_q4);
+        assert!(
+            report.ball_disparity_q4.abs_diff(69 * 16) <= 2 * 16,
+            "{}",
+            report.ball_disparity_q4
+        );
     }
 
     #[test]
