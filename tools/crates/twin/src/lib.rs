@@ -1,1 +1,3 @@
 //! The loop that ties chips and world together.
+
+pub mod flash;
