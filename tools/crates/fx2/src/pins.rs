@@ -63,4 +63,36 @@ pub trait Board {
     fn i2c_read(&mut self, now: Ps, acknowledge: bool) -> u8;
     /// I2C stop.
     fn i2c_stop(&mut self, now: Ps);
+
+    /// Asked after each [`Board::drive`]: true = the chip's slice ends here, because others have to
+    /// see the change before the chip goes on.
+    fn end_slice(&mut self) -> bool {
+        false
+    }
+}
+
+/// A chip on no board: pull-ups, and nobody answers on I2C.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Unconnected;
+
+impl Board for Unconnected {
+    fn drive(&mut self, _now: Ps, _driven: &Driven) {}
+
+    fn sense(&mut self, _now: Ps) -> Sensed {
+        Sensed::default()
+    }
+
+    fn i2c_start(&mut self, _now: Ps, _address_and_direction: u8) -> bool {
+        false
+    }
+
+    fn i2c_write(&mut self, _now: Ps, _byte: u8) -> bool {
+        false
+    }
+
+    fn i2c_read(&mut self, _now: Ps, _acknowledge: bool) -> u8 {
+        0xFF
+    }
+
+    fn i2c_stop(&mut self, _now: Ps) {}
 }
