@@ -68,7 +68,7 @@ void configure_start(void)
 {
     if (state == STREAM)
         flash_bus_stream_abort();
-    if (state != AT_REST)
+    if (state >= AWAIT_INIT_LOW)
         fail(CONFIG_BUSY);
     outcome.result = CONFIG_BUSY;
     outcome.slot = CONFIG_NO_SLOT;

@@ -1,0 +1,293 @@
+// sources: fx2-firmware/app/usb_device.c fx2-firmware/app/descriptors.c
+// sources: host-tests/fx2-firmware/fakes/fake_usb.c
+// includes: fx2-firmware
+#include "app/configure.h"
+#include "app/descriptors.h"
+#include "app/usb_device.h"
+#include "host-tests/fx2-firmware/fakes/fake_usb.h"
+
+#include <string.h>
+#include <unity.h>
+
+/* The FPGA's status, which the device only passes on. */
+static config_status_t fpga_status;
+
+const config_status_t *configure_status(void)
+{
+    return &fpga_status;
+}
+
+static void request(uint8_t type, uint8_t number, uint16_t value, uint16_t index, uint16_t length)
+{
+    fake_usb_setup(type, number, value, index, length);
+    usb_device_poll();
+}
+
+static void set_configuration(uint16_t value)
+{
+    request(0x00, 9, value, 0, 0);
+}
+
+void setUp(void)
+{
+    fake_usb_bus_reset();
+    usb_device_poll();
+    memset(&fpga_status, 0, sizeof fpga_status);
+    memset(&fake_usb_answer, 0, sizeof fake_usb_answer);
+}
+
+void tearDown(void) {}
+
+static void assert_stalled(void)
+{
+    TEST_ASSERT_EQUAL(1, fake_usb_answers());
+    TEST_ASSERT_EQUAL(1, fake_usb_answer.stalled);
+}
+
+static void assert_acknowledged(void)
+{
+    TEST_ASSERT_EQUAL(1, fake_usb_answers());
+    TEST_ASSERT_EQUAL(1, fake_usb_answer.acknowledged);
+}
+
+static void assert_sent(const void *data, uint16_t length)
+{
+    TEST_ASSERT_EQUAL(1, fake_usb_answers());
+    TEST_ASSERT_EQUAL(1, fake_usb_answer.sent);
+    TEST_ASSERT_EQUAL(length, fake_usb_answer.length);
+    TEST_ASSERT_EQUAL_MEMORY(data, fake_usb_answer.data, length);
+}
+
+static void assert_configuration(uint8_t value)
+{
+    request(0x80, 8, 0, 0, 1);
+    assert_sent(&value, 1);
+}
+
+static void test_descriptors_are_cut_to_what_was_asked_for(void)
+{
+    const uint8_t *device = descriptor_find(USB_DESCRIPTOR_DEVICE, 0);
+
+    for (uint16_t length = 1; length < 300; length++) {
+        request(0x80, 6, 0x0100, 0, length);
+        assert_sent(device, length < 18 ? length : 18);
+        TEST_ASSERT_EQUAL(length > 18, fake_usb_answer.short_of_request);
+    }
+}
+
+static void test_a_configuration_comes_with_all_that_belongs_to_it(void)
+{
+    const uint8_t *all = descriptor_find(USB_DESCRIPTOR_CONFIGURATION, 0);
+
+    request(0x80, 6, 0x0200, 0, 9);
+    assert_sent(all, 9);
+    request(0x80, 6, 0x0200, 0, 0xFFFF);
+    assert_sent(all, descriptor_length(all));
+}
+
+static void test_every_descriptor_can_be_read(void)
+{
+    static const uint16_t values[] = {0x0100, 0x0200, 0x0300, 0x0301, 0x0302, 0x0600, 0x0700};
+
+    for (unsigned i = 0; i < sizeof values / sizeof values[0]; i++) {
+        request(0x80, 6, values[i], 0x0409, 255);
+        TEST_ASSERT_EQUAL(1, fake_usb_answer.sent);
+        TEST_ASSERT_EQUAL(values[i] >> 8, fake_usb_answer.data[1]);
+    }
+}
+
+static void test_an_unknown_descriptor_stalls(void)
+{
+    request(0x80, 6, 0x0101, 0, 18);
+    assert_stalled();
+    request(0x80, 6, 0x0303, 0x0409, 255);
+    assert_stalled();
+    request(0x80, 6, 0x0F00, 0, 5); /* BOS: USB 2.1 only */
+    assert_stalled();
+}
+
+static void test_configuring_and_unconfiguring(void)
+{
+    assert_configuration(0);
+    set_configuration(1);
+    assert_acknowledged();
+    assert_configuration(1);
+    set_configuration(0);
+    assert_acknowledged();
+    assert_configuration(0);
+}
+
+static void test_a_bus_reset_unconfigures(void)
+{
+    set_configuration(1);
+    fake_usb_bus_reset();
+    usb_device_poll();
+    assert_configuration(0);
+}
+
+static void test_a_reset_together_with_a_request_comes_first(void)
+{
+    set_configuration(1);
+    fake_usb_bus_reset();
+    assert_configuration(0);
+}
+
+static void test_an_unknown_configuration_stalls_and_changes_nothing(void)
+{
+    set_configuration(1);
+    set_configuration(2);
+    assert_stalled();
+    set_configuration(0x0100);
+    assert_stalled();
+    request(0x00, 9, 0, 0, 1);
+    assert_stalled();
+    assert_configuration(1);
+}
+
+static void test_the_interface_exists_only_when_configured(void)
+{
+    request(0x81, 10, 0, 0, 1);
+    assert_stalled();
+    request(0x01, 11, 0, 0, 0);
+    assert_stalled();
+    request(0x81, 0, 0, 0, 2);
+    assert_stalled();
+    set_configuration(1);
+    request(0x81, 10, 0, 0, 1);
+    assert_sent("\0", 1);
+    request(0x01, 11, 0, 0, 0);
+    assert_acknowledged();
+    request(0x81, 0, 0, 0, 2);
+    assert_sent("\0\0", 2);
+}
+
+static void test_other_interfaces_and_settings_stall(void)
+{
+    set_configuration(1);
+    request(0x01, 11, 1, 0, 0);
+    assert_stalled();
+    request(0x01, 11, 0, 1, 0);
+    assert_stalled();
+    request(0x81, 10, 0, 1, 1);
+    assert_stalled();
+}
+
+static void test_the_device_is_self_powered(void)
+{
+    request(0x80, 0, 0, 0, 2);
+    assert_sent("\1\0", 2);
+}
+
+static void test_endpoint_0_is_never_halted(void)
+{
+    request(0x82, 0, 0, 0x80, 2);
+    assert_sent("\0\0", 2);
+    request(0x02, 1, 0, 0x00, 0);
+    assert_acknowledged();
+    request(0x02, 3, 0, 0x00, 0);
+    assert_stalled();
+    request(0x82, 0, 0, 0x82, 2);
+    assert_stalled();
+    request(0x02, 1, 0, 0x02, 0);
+    assert_stalled();
+}
+
+static void test_the_fpgas_status_is_passed_on(void)
+{
+    uint8_t wire[CONFIG_STATUS_SIZE];
+
+    fpga_status.result = CONFIG_CRC_ERROR;
+    fpga_status.slot = 7;
+    fpga_status.done = 1;
+    fpga_status.bytes = 234456;
+    fpga_status.time_us = 29876;
+    config_status_encode(&fpga_status, wire);
+    request(0xC0, REQUEST_CONFIG_STATUS, 0, 0, CONFIG_STATUS_SIZE);
+    assert_sent(wire, CONFIG_STATUS_SIZE);
+    request(0xC0, REQUEST_CONFIG_STATUS, 0, 0, 4096);
+    assert_sent(wire, CONFIG_STATUS_SIZE);
+    TEST_ASSERT_TRUE(fake_usb_answer.short_of_request);
+}
+
+static void test_an_ill_formed_status_request_stalls(void)
+{
+    request(0xC0, REQUEST_CONFIG_STATUS, 1, 0, CONFIG_STATUS_SIZE);
+    assert_stalled();
+    request(0xC0, REQUEST_CONFIG_STATUS, 0, 1, CONFIG_STATUS_SIZE);
+    assert_stalled();
+    request(0xC0, REQUEST_CONFIG_STATUS, 0, 0, CONFIG_STATUS_SIZE - 1);
+    assert_stalled();
+    request(0x40, REQUEST_CONFIG_STATUS, 0, 0, 0);
+    assert_stalled();
+}
+
+static void test_a_request_for_no_bytes_is_acknowledged(void)
+{
+    request(0x80, 6, 0x0100, 0, 0);
+    assert_acknowledged();
+}
+
+/* All pairs of bmRequestType and bRequest, with a few values each. */
+static void test_any_request_gets_exactly_one_answer(void)
+{
+    static const uint16_t words[] = {0, 1, 2, 0x80, 0xFF, 0x0100, 0x0302, 0xFFFF};
+    unsigned n = 0;
+
+    for (unsigned type = 0; type < 256; type++) {
+        for (unsigned number = 0; number < 256; number++) {
+            request((uint8_t)type, (uint8_t)number, words[n % 8], words[n / 8 % 8],
+                    words[n / 64 % 8]);
+            n += 37;
+            TEST_ASSERT_EQUAL(1, fake_usb_answers());
+            if (fake_usb_answer.sent) {
+                TEST_ASSERT_BITS_HIGH(0x80, type); /* never data into an OUT transfer */
+            }
+        }
+    }
+}
+
+static void test_only_known_requests_are_not_stalled(void)
+{
+    int answered = 0;
+
+    set_configuration(1);
+    for (unsigned type = 0; type < 256; type++) {
+        for (unsigned number = 0; number < 256; number++) {
+            request((uint8_t)type, (uint8_t)number, number == 6 ? 0x0100 : 0, 0,
+                    type & 0x80 ? 64 : 0);
+            answered += !fake_usb_answer.stalled;
+            set_configuration(1);
+        }
+    }
+    TEST_ASSERT_EQUAL(10, answered);
+}
+
+static void test_nothing_is_answered_without_a_request(void)
+{
+    usb_device_poll();
+    TEST_ASSERT_EQUAL(0, fake_usb_answers());
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_descriptors_are_cut_to_what_was_asked_for);
+    RUN_TEST(test_a_configuration_comes_with_all_that_belongs_to_it);
+    RUN_TEST(test_every_descriptor_can_be_read);
+    RUN_TEST(test_an_unknown_descriptor_stalls);
+    RUN_TEST(test_configuring_and_unconfiguring);
+    RUN_TEST(test_a_bus_reset_unconfigures);
+    RUN_TEST(test_a_reset_together_with_a_request_comes_first);
+    RUN_TEST(test_an_unknown_configuration_stalls_and_changes_nothing);
+    RUN_TEST(test_the_interface_exists_only_when_configured);
+    RUN_TEST(test_other_interfaces_and_settings_stall);
+    RUN_TEST(test_the_device_is_self_powered);
+    RUN_TEST(test_endpoint_0_is_never_halted);
+    RUN_TEST(test_the_fpgas_status_is_passed_on);
+    RUN_TEST(test_an_ill_formed_status_request_stalls);
+    RUN_TEST(test_a_request_for_no_bytes_is_acknowledged);
+    RUN_TEST(test_any_request_gets_exactly_one_answer);
+    RUN_TEST(test_only_known_requests_are_not_stalled);
+    RUN_TEST(test_nothing_is_answered_without_a_request);
+    return UNITY_END();
+}
