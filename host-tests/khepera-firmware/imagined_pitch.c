@@ -1,0 +1,460 @@
+#include "imagined_pitch.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "vision/camera.h"
+
+#define STEP_S          0.001
+#define PI              3.14159265358979
+#define HALF_LENGTH     525.0
+#define HALF_WIDTH      340.0
+#define GOAL_HALF       150.0
+#define GOAL_DEPTH      70.0
+#define BALL_R          33.5
+#define ROBOT_R         30.0
+#define WHEEL_BASE      53.0
+#define FRAME_S         0.025
+#define EXPOSURE_TO_END 0.0125
+#define REPORT_DELAY_S  0.004
+#define MOTOR_MM_S      1000.0
+#define MOTOR_TAU_S     0.05
+#define BALL_SLOWING    250.0
+#define RESTITUTION     0.5
+
+/* ---- Random numbers ---- */
+
+static double uniform(pitch_t *pitch, double low, double high)
+{
+    pitch->random ^= pitch->random << 13;
+    pitch->random ^= pitch->random >> 17;
+    pitch->random ^= pitch->random << 5;
+    return low + (high - low) * (pitch->random / 4294967296.0);
+}
+
+/* About normal: the sum of three uniform ones. */
+static double normal(pitch_t *pitch, double sigma)
+{
+    double sum = uniform(pitch, -1, 1) + uniform(pitch, -1, 1) + uniform(pitch, -1, 1);
+
+    return sum * sigma * pitch->noise;
+}
+
+/* ---- The eyes ---- */
+
+typedef struct {
+    double x_right, x_left, y, depth, disparity;
+} seen_t;
+
+/* Project a point of the field; 0 if it is behind the lenses. */
+static int project(const pitch_t *pitch, double x, double y, double height, seen_t *seen)
+{
+    double focal = CAMERA_FOCAL_PX;
+    double sine = CAMERA_TILT_SIN_Q12 / 4096.0;
+    double cosine = CAMERA_TILT_COS_Q12 / 4096.0;
+    double dx = x - pitch->x;
+    double dy = y - pitch->y;
+    double forward = dx * cos(pitch->heading) + dy * sin(pitch->heading);
+    double left = -dx * sin(pitch->heading) + dy * cos(pitch->heading);
+    double drop = CAMERA_LENS_HEIGHT_MM - height;
+
+    seen->depth = forward * cosine + drop * sine;
+    if (seen->depth < 20)
+        return 0;
+    seen->disparity = focal * CAMERA_BASELINE_UM / 1000.0 / seen->depth;
+    seen->x_right =
+        CAMERA_CX_Q4 / 16.0 - focal * (left + CAMERA_RIGHT_LENS_MM_Q4 / 16.0) / seen->depth;
+    seen->x_left = seen->x_right + seen->disparity;
+    seen->y = CAMERA_CY_Q4 / 16.0 + focal * (drop * cosine - forward * sine) / seen->depth;
+    return 1;
+}
+
+/* Does the opponent stand before (x, y), seen from the robot? */
+static int hidden(const pitch_t *pitch, double x, double y)
+{
+    double dx = x - pitch->x;
+    double dy = y - pitch->y;
+    double ox = pitch->opponent_x - pitch->x;
+    double oy = pitch->opponent_y - pitch->y;
+    double distance = hypot(dx, dy);
+    double along = (ox * dx + oy * dy) / distance;
+
+    return pitch->has_opponent && along > 0 && along < distance &&
+           fabs(ox * dy - oy * dx) / distance < ROBOT_R + 2;
+}
+
+static uint16_t q4(double value)
+{
+    return (uint16_t)(value <= 0 ? 0 : value * 16 + 0.5);
+}
+
+/* A strip of the ball, cut at the picture's edges. 0 if nothing is left of it. */
+static int strip(double middle, double width, double *x, double *visible)
+{
+    double first = fmax(middle - width / 2, 0);
+    double last = fmin(middle + width / 2, CAMERA_WIDTH_PX - 1);
+
+    if (last - first < 4)
+        return 0;
+    *x = (first + last) / 2;
+    *visible = last - first;
+    return 1;
+}
+
+static void see_ball(pitch_t *pitch, report_t *report)
+{
+    seen_t seen;
+    double width;
+    double x[2];
+    double visible[2];
+    int right;
+    int left;
+
+    if (!project(pitch, pitch->ball_x, pitch->ball_y, BALL_R, &seen) ||
+        hidden(pitch, pitch->ball_x, pitch->ball_y) || uniform(pitch, 0, 1) < 0.02 * pitch->noise)
+        return;
+    width = 2 * BALL_R * CAMERA_FOCAL_PX / seen.depth;
+    if (seen.y - width / 2 > CAMERA_HEIGHT_PX - 3)
+        return;
+    right = strip(seen.x_right, width, &x[1], &visible[1]);
+    left = strip(seen.x_left, width, &x[0], &visible[0]);
+    if (!right && !left)
+        return;
+    report->flags |= REPORT_BALL;
+    report->ball_row = (uint8_t)fmin(fmax(seen.y + normal(pitch, 0.7), 0), CAMERA_HEIGHT_PX - 1);
+    report->ball_x_q4 = q4((right ? x[1] : x[0]) + normal(pitch, 0.3));
+    report->ball_width_px = (uint8_t)fmin(right ? visible[1] : visible[0], 255);
+    report->ball_confidence = 200;
+    if (!right)
+        report->flags |= REPORT_BALL_LEFT_ONLY;
+    else if (!left)
+        report->flags |= REPORT_BALL_RIGHT_ONLY;
+    else if (seen.disparity > 79)
+        report->flags |= REPORT_BALL_CLIPPED;
+    else
+        report->ball_disparity_q4 = q4(x[0] - x[1] + normal(pitch, 0.3));
+}
+
+static void see_goal(pitch_t *pitch, report_t *report)
+{
+    double side = cos(pitch->heading) > 0 ? 1 : -1;
+    unsigned i;
+
+    for (i = 0; i < 2; i++) {
+        double x = side * HALF_LENGTH;
+        double y = (i == 0 ? side : -side) * GOAL_HALF;
+        seen_t seen;
+
+        if (!project(pitch, x, y, 95, &seen) || hidden(pitch, x, y) || seen.x_right < 5 ||
+            seen.x_right > CAMERA_WIDTH_PX - 6 || seen.x_left > CAMERA_WIDTH_PX - 6 ||
+            seen.disparity > 79 || uniform(pitch, 0, 1) < 0.03 * pitch->noise)
+            continue;
+        report->flags |= i == 0 ? REPORT_GOAL_LEFT_EDGE : REPORT_GOAL_RIGHT_EDGE;
+        report->goal_x_q4[i] = q4(seen.x_right + normal(pitch, 0.5));
+        report->goal_disparity_q4[i] = q4(seen.disparity + normal(pitch, 0.4));
+        report->goal_confidence = 12;
+    }
+}
+
+static void see_opponent(pitch_t *pitch, report_t *report)
+{
+    double dx = pitch->opponent_x - pitch->x;
+    double dy = pitch->opponent_y - pitch->y;
+    double distance = hypot(dx, dy);
+    seen_t seen;
+
+    if (!pitch->has_opponent ||
+        !project(pitch, pitch->opponent_x - dx / distance * ROBOT_R,
+                 pitch->opponent_y - dy / distance * ROBOT_R, 60, &seen) ||
+        seen.x_right < 10 || seen.x_right > CAMERA_WIDTH_PX - 11 || seen.disparity > 79)
+        return;
+    report->flags |= REPORT_OPPONENT;
+    report->opponent_x_q4 = q4(seen.x_right + normal(pitch, 1));
+    report->opponent_disparity_q4 = q4(seen.disparity + normal(pitch, 0.5));
+    report->opponent_confidence = 10;
+}
+
+static void expose(pitch_t *pitch)
+{
+    pitch_report_t *sent = &pitch->under_way[pitch->under_way_count];
+    report_t *report = &sent->report;
+
+    if (pitch->eyes == EYES_DEAD || pitch->under_way_count == PITCH_REPORTS_UNDER_WAY)
+        return;
+    memset(report, 0, sizeof *report);
+    report->function = FPGA_FUNCTION_SOCCER;
+    report->sequence = pitch->sequence++;
+    report->exposure_time = (uint16_t)(uint64_t)(pitch->time_s * 10000);
+    report->delay = (uint8_t)(REPORT_DELAY_S * 10000);
+    if (pitch->eyes == EYES_OPEN)
+        see_ball(pitch, report);
+    if (pitch->eyes != EYES_BLACK) {
+        see_goal(pitch, report);
+        see_opponent(pitch, report);
+    }
+    sent->due_s = pitch->time_s + EXPOSURE_TO_END + REPORT_DELAY_S;
+    pitch->under_way_count++;
+}
+
+/* ---- The base ---- */
+
+static void base_encoders(void *context, int32_t counts[2])
+{
+    const pitch_t *pitch = context;
+
+    counts[0] = (int32_t)floor(pitch->travel_mm[0] * 12);
+    counts[1] = (int32_t)floor(pitch->travel_mm[1] * 12);
+}
+
+static void base_motors(void *context, int16_t left, int16_t right)
+{
+    pitch_t *pitch = context;
+
+    pitch->duty[0] = left;
+    pitch->duty[1] = right;
+}
+
+static int base_report(void *context, uint8_t wire[REPORT_SIZE], uint16_t *age_100us)
+{
+    pitch_t *pitch = context;
+
+    if (pitch->under_way_count == 0 || pitch->under_way[0].due_s > pitch->time_s)
+        return 0;
+    report_encode(&pitch->under_way[0].report, wire);
+    *age_100us = (uint16_t)((pitch->time_s - pitch->under_way[0].due_s) * 10000);
+    pitch->under_way_count--;
+    memmove(&pitch->under_way[0], &pitch->under_way[1],
+            pitch->under_way_count * sizeof pitch->under_way[0]);
+    return 1;
+}
+
+static int base_console_read(void *context)
+{
+    pitch_t *pitch = context;
+
+    return *pitch->typed != '\0' ? (uint8_t)*pitch->typed++ : -1;
+}
+
+static int base_console_write(void *context, uint8_t character)
+{
+    pitch_t *pitch = context;
+
+    if (pitch->printed_count + 1 == PITCH_CONSOLE_SIZE)
+        return 0;
+    pitch->printed[pitch->printed_count++] = (char)character;
+    pitch->printed[pitch->printed_count] = '\0';
+    return 1;
+}
+
+static void base_leds(void *context, uint8_t leds)
+{
+    ((pitch_t *)context)->leds = leds;
+}
+
+static int base_crash(void *context, char *text, uint16_t size)
+{
+    (void)context;
+    (void)text;
+    (void)size;
+    return 0;
+}
+
+static uint32_t base_stack_used(void *context)
+{
+    (void)context;
+    return 512;
+}
+
+static uint16_t base_none_lost(void *context)
+{
+    (void)context;
+    return 0;
+}
+
+/* ---- Bodies ---- */
+
+static void move_wheels(pitch_t *pitch)
+{
+    unsigned i;
+
+    for (i = 0; i < 2; i++) {
+        double wanted = pitch->duty[i] * MOTOR_MM_S / 256;
+
+        pitch->wheel_mm_s[i] += (wanted - pitch->wheel_mm_s[i]) * STEP_S / MOTOR_TAU_S;
+        pitch->travel_mm[i] += pitch->wheel_mm_s[i] * STEP_S;
+    }
+}
+
+static void push_out(double *x, double *y, double from_x, double from_y, double distance)
+{
+    double dx = *x - from_x;
+    double dy = *y - from_y;
+    double now = hypot(dx, dy);
+
+    if (now >= distance || now == 0)
+        return;
+    *x = from_x + dx / now * distance;
+    *y = from_y + dy / now * distance;
+}
+
+static void move_robot(pitch_t *pitch)
+{
+    double forward = (pitch->wheel_mm_s[0] + pitch->wheel_mm_s[1]) / 2;
+    double turn = (pitch->wheel_mm_s[1] - pitch->wheel_mm_s[0]) / WHEEL_BASE;
+
+    pitch->heading += turn * STEP_S;
+    pitch->x += forward * cos(pitch->heading) * STEP_S;
+    pitch->y += forward * sin(pitch->heading) * STEP_S;
+    if (pitch->has_opponent) {
+        double before = pitch->x;
+
+        push_out(&pitch->x, &pitch->y, pitch->opponent_x, pitch->opponent_y, 2 * ROBOT_R);
+        if (pitch->x != before)
+            pitch->touching_opponent_s += STEP_S;
+    }
+    pitch->x = fmin(fmax(pitch->x, -HALF_LENGTH + ROBOT_R), HALF_LENGTH - ROBOT_R);
+    pitch->y = fmin(fmax(pitch->y, -HALF_WIDTH + ROBOT_R), HALF_WIDTH - ROBOT_R);
+}
+
+/* The ball meets a disc that moves with (vx, vy) and is not moved by it. */
+static void ball_meets(pitch_t *pitch, double x, double y, double vx, double vy)
+{
+    double dx = pitch->ball_x - x;
+    double dy = pitch->ball_y - y;
+    double distance = hypot(dx, dy);
+    double nearing;
+
+    if (distance >= BALL_R + ROBOT_R || distance == 0)
+        return;
+    dx /= distance;
+    dy /= distance;
+    nearing = (vx - pitch->ball_vx) * dx + (vy - pitch->ball_vy) * dy;
+    if (nearing > 0) {
+        pitch->ball_vx += dx * nearing * (1 + RESTITUTION * 0.6);
+        pitch->ball_vy += dy * nearing * (1 + RESTITUTION * 0.6);
+    }
+    push_out(&pitch->ball_x, &pitch->ball_y, x, y, BALL_R + ROBOT_R);
+}
+
+static void bounce(double *position, double *speed, double low, double high)
+{
+    if (*position < low) {
+        *position = low;
+        *speed = fabs(*speed) * RESTITUTION;
+    } else if (*position > high) {
+        *position = high;
+        *speed = -fabs(*speed) * RESTITUTION;
+    }
+}
+
+static void move_ball(pitch_t *pitch)
+{
+    double speed = hypot(pitch->ball_vx, pitch->ball_vy);
+    double left = speed > BALL_SLOWING * STEP_S ? 1 - BALL_SLOWING * STEP_S / speed : 0;
+    double forward = (pitch->wheel_mm_s[0] + pitch->wheel_mm_s[1]) / 2;
+    int in_mouth;
+    double end;
+
+    pitch->ball_vx *= left;
+    pitch->ball_vy *= left;
+    pitch->ball_x += pitch->ball_vx * STEP_S;
+    pitch->ball_y += pitch->ball_vy * STEP_S;
+    ball_meets(pitch, pitch->x, pitch->y, forward * cos(pitch->heading),
+               forward * sin(pitch->heading));
+    if (pitch->has_opponent)
+        ball_meets(pitch, pitch->opponent_x, pitch->opponent_y, 0, 0);
+    in_mouth = fabs(pitch->ball_y) < GOAL_HALF - BALL_R;
+    end = in_mouth || fabs(pitch->ball_x) > HALF_LENGTH ? HALF_LENGTH + GOAL_DEPTH : HALF_LENGTH;
+    bounce(&pitch->ball_x, &pitch->ball_vx, -end + BALL_R, end - BALL_R);
+    end = fabs(pitch->ball_x) > HALF_LENGTH ? GOAL_HALF : HALF_WIDTH;
+    bounce(&pitch->ball_y, &pitch->ball_vy, -end + BALL_R, end - BALL_R);
+    if (pitch->ball_x > HALF_LENGTH + BALL_R)
+        pitch->goals_for++;
+    else if (pitch->ball_x < -HALF_LENGTH - BALL_R)
+        pitch->goals_against++;
+}
+
+/* ---- Time ---- */
+
+void pitch_run(pitch_t *pitch, double seconds)
+{
+    long steps = lround(seconds / STEP_S);
+    long step;
+
+    for (step = 0; step < steps && pitch->goals_for + pitch->goals_against == 0; step++) {
+        long ms = lround(pitch->time_s / STEP_S);
+
+        if (pitch->time_s >= pitch->next_frame_s) {
+            expose(pitch);
+            pitch->next_frame_s += FRAME_S;
+        }
+        if (ms % 10 == 0)
+            robot_tick(&pitch->robot);
+        robot_poll(&pitch->robot);
+        move_wheels(pitch);
+        move_robot(pitch);
+        move_ball(pitch);
+        pitch->time_s += STEP_S;
+    }
+}
+
+static void place_bodies(pitch_t *pitch)
+{
+    pitch->x = uniform(pitch, -480, -60);
+    pitch->y = uniform(pitch, -290, 290);
+    pitch->heading = uniform(pitch, -PI, PI);
+    do {
+        pitch->ball_x = uniform(pitch, -400, 400);
+        pitch->ball_y = uniform(pitch, -230, 230);
+    } while (hypot(pitch->ball_x - pitch->x, pitch->ball_y - pitch->y) < 90);
+    do {
+        pitch->opponent_x = uniform(pitch, -460, 460);
+        pitch->opponent_y = uniform(pitch, -280, 280);
+    } while (hypot(pitch->opponent_x - pitch->x, pitch->opponent_y - pitch->y) < 90 ||
+             hypot(pitch->opponent_x - pitch->ball_x, pitch->opponent_y - pitch->ball_y) < 90);
+}
+
+void pitch_begin(pitch_t *pitch, uint32_t seed, pitch_eyes_t eyes, double noise)
+{
+    unsigned i;
+
+    memset(pitch, 0, sizeof *pitch);
+    pitch->eyes = eyes;
+    pitch->noise = noise;
+    pitch->has_opponent = 1;
+    pitch->random = seed * 2654435761u + 1;
+    for (i = 0; i < 8; i++)
+        (void)uniform(pitch, 0, 1);
+    place_bodies(pitch);
+    pitch->typed = "";
+    pitch->base.context = pitch;
+    pitch->base.encoders = base_encoders;
+    pitch->base.motors = base_motors;
+    pitch->base.report = base_report;
+    pitch->base.console_read = base_console_read;
+    pitch->base.console_write = base_console_write;
+    pitch->base.leds = base_leds;
+    pitch->base.reset_cause = "power";
+    pitch->base.crash = base_crash;
+    pitch->base.stack_used = base_stack_used;
+    pitch->base.console_lost = base_none_lost;
+    pitch->base.reports_lost = base_none_lost;
+    robot_init(&pitch->robot, &pitch->base);
+}
+
+void pitch_type(pitch_t *pitch, const char *line)
+{
+    pitch->typed = line;
+}
+
+double pitch_play(pitch_t *pitch, double seconds)
+{
+    double begin = pitch->time_s;
+
+    snprintf(pitch->start_line, sizeof pitch->start_line, "start %ld\n",
+             lround(pitch->heading * 180 / PI));
+    pitch_type(pitch, pitch->start_line);
+    pitch_run(pitch, seconds);
+    return pitch->time_s - begin;
+}
