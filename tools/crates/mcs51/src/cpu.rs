@@ -6,7 +6,8 @@ use crate::{Bus, Source, sfr};
 /// PSW bit: odd number of ones in the accumulator.
 const PARITY: u8 = 0x01;
 
-/// PCON bits.
+/// PCON bit. STOP (bit 1 of other parts of the family) is not documented for the FX2 and does nothing
+/// here: an assumption.
 const IDLE: u8 = 0x01;
 
 /// IE bit: all sources but resume.
@@ -88,6 +89,9 @@ impl Cpu {
 
     /// Takes an interrupt, or executes one instruction, or idles for one cycle; returns the machine
     /// cycles that took (4 clocks each; at least 1).
+    ///
+    /// An interrupt is taken by a step of its own, a call of 4 cycles. Not before the instruction
+    /// after a RETI or a write of IE, IP, EIE or EIP is one taken, as in the DS80C320.
     pub fn step<B: Bus>(&mut self, bus: &mut B) -> u32 {
         if self.requests & self.enabled != 0
             && !self.hold

@@ -29,7 +29,8 @@
 //! assert_eq!((cpu.pc(), cycles), (10, 10));
 //! ```
 //!
-//! Sources: EZ-USB Technical Reference Manual (Cypress 001-13670, here "TRM").
+//! Sources: EZ-USB FX2 Technical Reference Manual v2.1 (Cypress, here "TRM"); ucsim's DS80C320, with
+//! which the tests compare instruction by instruction.
 
 mod cpu;
 mod disassembler;
