@@ -37,6 +37,8 @@ pub enum CpuState {
     Halted,
     /// Waiting for an answer on the bus that never comes; only a reset helps.
     Hung,
+    /// Held in reset, or without supply.
+    Held,
 }
 
 /// The CPU.

@@ -170,6 +170,12 @@ impl Integration {
         if self.pit_pending { (self.picr >> 8 & 7) as u8 } else { 0 }
     }
 
+    /// No supply, no clock: nothing times out.
+    pub fn stop_timers(&mut self) {
+        (self.watchdog_edge, self.watchdog_clk) = (NEVER, NEVER);
+        (self.pit_edge, self.pit_clk) = (NEVER, NEVER);
+    }
+
     pub fn acknowledge_pit(&mut self) -> u8 {
         self.pit_pending = false;
         self.picr as u8
@@ -192,10 +198,11 @@ impl Integration {
         avec_pin || by_select
     }
 
-    /// Levels that port F drives; pins that it does not drive are pulled up.
-    pub fn port_f(&self) -> u8 {
-        let output = self.ddrf & !self.pfpar;
-        self.portf & output | !output
+    /// Port F as read: the pin's level for a discrete input, else what was written (SIMRM 8). The
+    /// interrupt lines lie on its pins.
+    fn port_f(&self, irq_levels: u8) -> u8 {
+        let input = !self.ddrf & !self.pfpar;
+        irq_levels & input | self.portf & !input
     }
 
     /// Pins of port F that are outputs and high.
@@ -203,9 +210,10 @@ impl Integration {
         self.portf & self.ddrf & !self.pfpar
     }
 
+    /// Port E as read; nothing but pull-ups lies on its pins.
     fn port_e(&self) -> u8 {
-        let output = self.ddre & !self.pepar;
-        self.porte & output | !output
+        let input = !self.ddre & !self.pepar;
+        self.porte | input
     }
 
     fn crystal_edge(time: &Timebase, clk: u64) -> u64 {
@@ -239,7 +247,11 @@ impl Integration {
         4 * prescale * u64::from(self.pitr & 0xFF)
     }
 
-    fn restart_pit(&mut self, clk: u64, time: &Timebase) {
+    /// PITR was written: a running timer finishes its count first (SIMRM 4.2.10).
+    fn write_pitr(&mut self, clk: u64, time: &Timebase) {
+        if self.pit_edge != NEVER {
+            return;
+        }
         let edges = self.pit_edges();
         self.pit_edge = if edges == 0 { NEVER } else { Self::crystal_edge(time, clk) + edges };
         self.pit_clk = Self::edge_clk(time, self.pit_edge);
@@ -247,8 +259,9 @@ impl Integration {
 
     /// The periodic timer ran down.
     pub fn pit_event(&mut self, time: &Timebase) {
-        self.pit_pending = true;
-        self.pit_edge += self.pit_edges();
+        self.pit_pending = self.picr & 0x0700 != 0;
+        let edges = self.pit_edges();
+        self.pit_edge = if edges == 0 { NEVER } else { self.pit_edge + edges };
         self.pit_clk = Self::edge_clk(time, self.pit_edge);
     }
 
@@ -278,7 +291,7 @@ impl Integration {
     }
 
     /// Word at even `offset`.
-    pub fn read(&self, clk: u64, offset: u32) -> u16 {
+    pub fn read(&self, clk: u64, offset: u32, irq_levels: u8) -> u16 {
         match offset {
             0x00 => self.simcr,
             0x04 => self.syncr | u16::from(clk >= self.locked_at) << 3,
@@ -286,7 +299,7 @@ impl Integration {
             0x10 | 0x12 => u16::from(self.port_e()),
             0x14 => u16::from(self.ddre),
             0x16 => u16::from(self.pepar),
-            0x18 | 0x1A => u16::from(self.port_f()),
+            0x18 | 0x1A => u16::from(self.port_f(irq_levels)),
             0x1C => u16::from(self.ddrf),
             0x1E => u16::from(self.pfpar),
             0x20 => u16::from(self.sypcr),
@@ -335,10 +348,13 @@ impl Integration {
                 self.sypcr = byte;
                 self.restart_watchdog(clk, time);
             }
-            0x22 => self.picr = merge(self.picr) & 0x07FF,
+            0x22 => {
+                self.picr = merge(self.picr) & 0x07FF;
+                self.pit_pending &= self.picr & 0x0700 != 0;
+            }
             0x24 => {
                 self.pitr = merge(self.pitr) & 0x01FF;
-                self.restart_pit(clk, time);
+                self.write_pitr(clk, time);
             }
             0x26 if low => self.service_watchdog(clk, time, byte),
             0x40 if low => self.portc = byte & 0x7F,

@@ -47,6 +47,11 @@ use cpu32::Cpu;
 use soc::{Bus, Soc};
 use turret_bus::TurretBus;
 
+/// Below this battery voltage the base's supply supervisor holds the chip in reset, and until it is
+/// `RECOVERY_MV` again. ASSUMPTION: a 5 V part behind a low-drop regulator.
+const BROWN_OUT_MV: u32 = 3600;
+const RECOVERY_MV: u32 = 3800;
+
 /// How long the chip stays in reset, in system clocks (SIMRM 5.7).
 const RESET_CLOCKS: u64 = 512;
 
@@ -106,6 +111,8 @@ pub struct Base {
     soc: Soc,
     load: Load,
     resets: Vec<Reset>,
+    switched_on: bool,
+    lost_power: bool,
 }
 
 impl Base {
@@ -117,7 +124,14 @@ impl Base {
     pub fn new(image: &[u8], config: Config) -> Result<Self, ImageError> {
         let flash = image::load(image)?;
         let soc = Soc::new(flash, config.host_baud, config.battery_mv, config.start);
-        let mut base = Self { cpu: Cpu::new(), soc, load: Load::default(), resets: vec![] };
+        let mut base = Self {
+            cpu: Cpu::new(),
+            soc,
+            load: Load::default(),
+            resets: vec![],
+            switched_on: true,
+            lost_power: true,
+        };
         base.soc.reset_request = Some(ResetCause::PowerUp);
         Ok(base)
     }
@@ -126,6 +140,7 @@ impl Base {
     pub fn run_until(&mut self, t: Ps, turret: &mut impl TurretBus) {
         self.soc.poll_pins(turret);
         self.soc.plan();
+        self.supervise(turret);
         let mut end = self.soc.time.clk_at_or_after(t);
         let mut hz = self.soc.time.hz();
         while self.soc.clk < end {
@@ -189,9 +204,26 @@ impl Base {
         }
     }
 
+    /// Battery low or switched off: hold the chip; good again: let it go.
+    fn supervise(&mut self, turret: &mut impl TurretBus) {
+        let good = if self.soc.running { BROWN_OUT_MV } else { RECOVERY_MV };
+        let runs = self.switched_on && self.soc.battery_mv >= good;
+        if self.soc.running && !runs {
+            self.soc.hold();
+            self.cpu.state = CpuState::Held;
+            turret.select(self.now(), 0xF);
+        } else if runs && !self.soc.running {
+            self.soc.running = true;
+            let on = if self.lost_power { ResetCause::PowerUp } else { ResetCause::External };
+            self.soc.reset_request = Some(on);
+        }
+        self.lost_power |= !self.switched_on;
+    }
+
     fn reset_now(&mut self, turret: &mut impl TurretBus) {
         let Some(cause) = self.soc.reset_request.take() else { return };
         let start = self.soc.clk;
+        self.lost_power = false;
         self.resets.push(Reset { time: self.now(), cause });
         self.soc.reset(cause);
         turret.select(self.soc.time.ps(self.soc.clk), 0xF);
@@ -205,15 +237,17 @@ impl Base {
         self.soc.time.ps(self.soc.clk)
     }
 
-    /// Pull the reset pin. Takes effect with the next [`Base::run_until`].
+    /// Pull the reset pin for a moment. Takes effect with the next [`Base::run_until`].
     pub fn reset(&mut self) {
-        self.soc.reset_request = Some(ResetCause::External);
+        if self.soc.running {
+            self.soc.reset_request = Some(ResetCause::External);
+        }
     }
 
-    /// Switch the base off and on again: RAM is lost. Takes effect with the next
+    /// Switch the base on or off. Off, nothing runs, and RAM is lost. Takes effect with the next
     /// [`Base::run_until`].
-    pub fn power_cycle(&mut self) {
-        self.soc.reset_request = Some(ResetCause::PowerUp);
+    pub fn set_power(&mut self, on: bool) {
+        self.switched_on = on;
     }
 
     /// Resets so far, the first being power-on.
@@ -293,7 +327,9 @@ impl Base {
         self.soc.adc.set_proximity(values);
     }
 
-    /// Battery voltage in mV: what the ADC reads and what the motors get.
+    /// Battery voltage in mV: what the ADC reads and what the motors get. Below 3600 mV the supply
+    /// supervisor holds the chip in reset until there are 3800 mV again. Takes effect with the next
+    /// [`Base::run_until`].
     pub fn set_battery_mv(&mut self, millivolt: u32) {
         self.soc.battery_mv = millivolt;
         self.soc.adc.set_battery_mv(millivolt);
@@ -336,6 +372,11 @@ impl Base {
     pub fn load(&self) -> Load {
         let cpu = &self.cpu;
         Load { instructions: cpu.instructions, exceptions: cpu.exceptions, ..self.load }
+    }
+
+    /// Longest time from an interrupt's request to its acknowledge so far, by level 0..=7.
+    pub fn worst_interrupt_latency(&self) -> [Ps; 8] {
+        self.soc.worst_latency
     }
 
     /// System clock in Hz as SYNCR has it now.

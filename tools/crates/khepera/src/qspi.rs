@@ -80,6 +80,8 @@ pub(crate) struct Qspi {
     at: u64,
     /// Entry under way or next.
     entry: u8,
+    /// SPCR2 was written during a run: go on at its NEWQP.
+    new_entry: bool,
     /// Entry finished last (CPTQP).
     completed: u8,
     pcs: u8,
@@ -103,6 +105,7 @@ impl Default for Qspi {
             phase: Phase::Idle,
             at: NEVER,
             entry: 0,
+            new_entry: false,
             completed: 0,
             pcs: 0xF,
         }
@@ -155,10 +158,17 @@ impl Qspi {
                 return Some("QSPI started with SPBR < 2: its clock does not run");
             }
             self.entry = (self.spcr2 & 0xF) as u8;
+            self.new_entry = false;
             self.phase = Phase::Start;
             self.at = clk;
         }
         None
+    }
+
+    /// A write during a run is buffered until the entry under way is done.
+    pub fn write_spcr2(&mut self, value: u16) {
+        self.spcr2 = value & 0xEF0F;
+        self.new_entry = self.phase != Phase::Idle;
     }
 
     pub fn write_spcr3(&mut self, clk: u64, value: u8) {
@@ -286,6 +296,9 @@ impl Qspi {
             }
         } else {
             self.entry = (self.entry + 1) & 0xF;
+        }
+        if std::mem::take(&mut self.new_entry) {
+            self.entry = (self.spcr2 & 0xF) as u8;
         }
         let ends = control & command::CONT == 0 || self.phase == Phase::Idle;
         if ends {

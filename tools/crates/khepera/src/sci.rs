@@ -264,7 +264,7 @@ impl Sci {
     /// Returns what is wrong with the access, if anything.
     pub fn write_data(&mut self, clk: u64, value: u16) -> Option<&'static str> {
         self.tdr = value & 0x1FF;
-        if self.seen & sr::TDRE == 0 {
+        if self.status & sr::TDRE != 0 && self.seen & sr::TDRE == 0 {
             return Some("SCDR written without having read TDRE as 1 in SCSR: nothing is sent");
         }
         self.status &= !(self.seen & (sr::TDRE | sr::TC));

@@ -114,6 +114,13 @@ pub(crate) struct Soc {
     pin_poll_clk: u64,
     /// Highest interrupt level requested.
     pub level: u8,
+    /// Levels requested, as bits, and since when.
+    requested: u8,
+    requested_since: [u64; 8],
+    /// Longest time from request to acknowledge, by level.
+    pub worst_latency: [Ps; 8],
+    /// False: held in reset or without supply; the motors get nothing.
+    pub running: bool,
 }
 
 fn boxed<const N: usize>(bytes: Vec<u8>) -> Box<[u8; N]> {
@@ -169,6 +176,10 @@ impl Soc {
             irq7_edge: false,
             pin_poll_clk: 0,
             level: 0,
+            requested: 0,
+            requested_since: [0; 8],
+            worst_latency: [0; 8],
+            running: true,
         };
         soc.adc.set_battery_mv(battery_mv);
         soc.remap();
@@ -188,6 +199,14 @@ impl Soc {
         self.irq7_edge = false;
         self.remap();
         self.plan_drive();
+        self.plan();
+    }
+
+    /// Held in reset, or without supply: nothing runs, all pins float.
+    pub fn hold(&mut self) {
+        self.running = false;
+        self.reset(ResetCause::External);
+        self.system.stop_timers();
         self.plan();
     }
 
@@ -255,6 +274,9 @@ impl Soc {
 
     /// What the motors get now.
     pub fn motors(&self) -> [MotorDrive; WHEELS] {
+        if !self.running {
+            return [MotorDrive::default(); WHEELS];
+        }
         let pins = self.gpt.pins();
         [0, 1].map(|n| MotorDrive {
             duty: self.gpt.duty(self.clk, n),
@@ -276,7 +298,7 @@ impl Soc {
             .min(self.system.pit_clk)
             .min(self.system.watchdog_clk)
             .min(self.pin_poll_clk);
-        self.level = self.pending_level();
+        self.request();
     }
 
     /// Let every event up to now happen.
@@ -354,23 +376,39 @@ impl Soc {
         if self.gpt.interrupt() { (self.gpt.icr >> 8 & 7) as u8 } else { 0 }
     }
 
-    /// Highest level asserted on IRQ1..IRQ7; 7 counts by its edge only.
-    fn pin_level(&self) -> u8 {
+    /// Levels asserted on IRQ1..IRQ7 as bits; 7 counts by its edge only.
+    fn pin_levels(&self) -> u8 {
         let asserted = self.system.irq_asserted(self.irq_levels) & 0x7F;
         let edge = u8::from(self.irq7_edge) << 7 & self.system.irq_asserted(0);
-        match asserted | edge {
-            0 => 0,
-            pins => pins.ilog2() as u8,
-        }
+        asserted | edge
     }
 
-    fn pending_level(&self) -> u8 {
+    /// Find out which levels are requested now.
+    fn request(&mut self) {
         let (sci, qspi) = self.qsm_levels();
-        sci.max(qspi).max(self.gpt_level()).max(self.system.pit_level()).max(self.pin_level())
+        let modules = [sci, qspi, self.gpt_level(), self.system.pit_level()];
+        let levels = modules.iter().fold(self.pin_levels(), |all, level| all | 1 << level) & 0xFE;
+        let mut risen = levels & !self.requested;
+        while risen != 0 {
+            self.requested_since[risen.trailing_zeros() as usize] = self.clk;
+            risen &= risen - 1;
+        }
+        self.requested = levels;
+        self.level = if levels == 0 { 0 } else { levels.ilog2() as u8 };
+    }
+
+    fn note_latency(&mut self, level: u8) {
+        let since = self.requested_since[usize::from(level)];
+        let latency = (self.clk - since) * sim::SECOND / self.time.hz();
+        let worst = &mut self.worst_latency[usize::from(level)];
+        *worst = latency.max(*worst);
+        // If the level is still requested after this, that counts from now.
+        self.requested &= !(1 << level);
     }
 
     /// Interrupt acknowledge: the modules that request `level` arbitrate by IARB, 0 takes no part.
     pub fn acknowledge(&mut self, level: u8) -> u8 {
+        self.note_latency(level);
         let (sci, qspi) = self.qsm_levels();
         let pin = self.system.irq_asserted(self.irq_levels) >> level & 1 != 0
             || level == 7 && self.irq7_edge;
@@ -392,8 +430,9 @@ impl Soc {
             }
             Some(0) if pit => self.system.acknowledge_pit(),
             Some(0) => self.acknowledge_pin(level),
-            Some(1) if sci == level => self.qivr & 0xFE,
-            Some(1) => self.qivr | 1,
+            // Vectors: bit 0 tells the two apart. The QSPI comes first (QSMRM 3.3).
+            Some(1) if qspi == level => self.qivr | 1,
+            Some(1) => self.qivr & 0xFE,
             _ => self.gpt.vector(),
         };
         self.plan();
@@ -435,7 +474,7 @@ impl Soc {
                 self.gpt.run_to(self.clk);
                 self.gpt.read(self.clk, offset, mask)
             }
-            0xA00..=0xA7F => self.system.read(self.clk, offset),
+            0xA00..=0xA7F => self.system.read(self.clk, offset, self.irq_levels),
             0xC00..=0xDFF => self.read_qsm(address & 0x1FF, mask),
             _ => return None,
         })
@@ -526,10 +565,13 @@ impl Soc {
         let queue = (offset as usize & 0x1F) / 2;
         let qspi = &mut self.qspi;
         match offset {
-            0x00 => self.qsmcr = merge(self.qsmcr) & 0xE08F,
+            0x00 => {
+                self.qsmcr = merge(self.qsmcr) & 0xE08F;
+                return (self.qsmcr & 0x8000 != 0).then_some("QSMCR.STOP: not modelled");
+            }
             0x04 => {
                 self.qilr = high.map_or(self.qilr, |v| v & 0x3F);
-                self.qivr = low.unwrap_or(self.qivr);
+                self.qivr = low.map_or(self.qivr, |v| v | 1);
             }
             0x08 => self.sci.sccr0 = merge(self.sci.sccr0) & 0x1FFF,
             0x0A => return self.sci.write_control(clk, merge(self.sci.sccr1)),
@@ -547,7 +589,7 @@ impl Soc {
             }
             0x18 => qspi.spcr0 = merge(qspi.spcr0),
             0x1A => return qspi.write_spcr1(clk, merge(qspi.spcr1)),
-            0x1C => qspi.spcr2 = merge(qspi.spcr2) & 0xEF0F,
+            0x1C => qspi.write_spcr2(merge(qspi.spcr2)),
             0x1E => {
                 high.into_iter().for_each(|v| qspi.write_spcr3(clk, v));
                 low.into_iter().for_each(|v| qspi.write_status(v));
@@ -622,7 +664,7 @@ impl<T: TurretBus> Bus<'_, T> {
         let value = self.soc.read_register(address & !1, mask);
         match value {
             Some(value) => {
-                self.soc.level = self.soc.pending_level();
+                self.soc.request();
                 Ok(value)
             }
             None => Err(self.nobody(address, false, 2)),

@@ -291,6 +291,18 @@ fn a_pin_that_is_a_port_does_not_interrupt() {
 }
 
 #[test]
+fn a_pin_that_is_an_input_of_port_f_can_be_read() {
+    let code = "clr.b (PFPAR).w\n again: move.b (PORTF).w,(RESULTS).l\n bra again";
+    let mut base = program(&[], code);
+    let mut turret = Recorder::default();
+    base.run_until(5 * MS, &mut turret);
+    assert_eq!(result(&base, 0) >> 8, 0xFF);
+    turret.asserted = 1 << 4;
+    base.run_until(6 * MS, &mut turret);
+    assert_eq!(result(&base, 0) >> 8, 0xEF);
+}
+
+#[test]
 fn leds_light_when_port_f_drives_them() {
     let mut base = program(
         &[],

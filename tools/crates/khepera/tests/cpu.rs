@@ -5,7 +5,7 @@ mod common;
 use common::{Program, RESULTS, UNEXPECTED, result, result_long};
 use khepera::turret_bus::Unconnected;
 use khepera::{CpuState, ResetCause};
-use sim::MS;
+use sim::{MS, US};
 
 /// Runs a program for 20 ms.
 fn ran(vectors: &[(usize, &str)], code: &str) -> khepera::Base {
@@ -274,7 +274,10 @@ fn a_power_cycle_loses_ram_and_the_reset_pin_does_not() {
     base.reset();
     base.run_until(10 * MS, &mut Unconnected);
     assert_eq!((result(&base, 4) >> 8, result_long(&base, 0)), (0x80, 0x1234_5678));
-    base.power_cycle();
+    base.set_power(false);
+    base.run_until(12 * MS, &mut Unconnected);
+    assert_eq!(base.cpu_state(), CpuState::Held);
+    base.set_power(true);
     base.run_until(15 * MS, &mut Unconnected);
     assert_eq!(result(&base, 4) >> 8, 0x40);
     assert_ne!(result_long(&base, 12), 0x1234_5678, "what was in RAM is gone");
@@ -305,4 +308,47 @@ fn a_snapshot_goes_on_as_the_original_does_and_slices_do_not_matter() {
     let sent = whole.serial_take();
     assert!(sent.len() > 80, "{} characters", sent.len());
     assert_eq!(sent, copy.serial_take());
+}
+
+#[test]
+fn a_flat_battery_holds_the_chip_in_reset_with_the_motors_off() {
+    let code = "move.b #0x20,(DDRGP).w\n move.b #0x80,(PWMA).w\n stop #0x2700";
+    let mut base = Program { vectors: &[], sypcr: 4, code }.base();
+    base.run_until(200 * MS, &mut Unconnected);
+    assert_eq!(base.motors()[0].duty, 0.5);
+    base.set_battery_mv(3500);
+    base.run_until(201 * MS, &mut Unconnected);
+    assert_eq!((base.cpu_state(), base.motors()[0].duty), (CpuState::Held, 0.0));
+    base.set_battery_mv(3700);
+    base.run_until(202 * MS, &mut Unconnected);
+    assert_eq!(base.cpu_state(), CpuState::Held, "not before 3800 mV");
+    base.set_battery_mv(4000);
+    base.run_until(210 * MS, &mut Unconnected);
+    assert_eq!(base.resets().last().map(|r| r.cause), Some(ResetCause::External));
+    assert_eq!(base.motors()[0].duty, 0.5, "it has started again");
+}
+
+#[test]
+fn the_worst_interrupt_latency_is_the_longest_time_masked() {
+    let code = "
+        move.w #0x0640,(PICR).w
+        move.w #82,(PITR).w
+        move.w #0x2000,%sr
+        move.l #5,%d1
+        again: stop #0x2000
+        dbra %d1,again
+        move.w #0x2700,%sr
+        move.w #0x4000,%d0
+        busy: tst.w (RAM).l
+        dbra %d0,busy
+        stop #0x2000
+        bra again
+        tick: rte";
+    let mut base = Program { vectors: &[(64, "tick")], sypcr: 4, code }.base();
+    base.run_until(50 * MS, &mut Unconnected);
+    let short = base.worst_interrupt_latency()[6];
+    assert!(short < 2 * US, "{short} ps");
+    base.run_until(100 * MS, &mut Unconnected);
+    let long = base.worst_interrupt_latency()[6];
+    assert!(long > MS && long < 20 * MS, "{long} ps");
 }
