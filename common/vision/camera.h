@@ -35,6 +35,10 @@
 /* The right lens is half a baseline (25.2 mm) to the right of the robot's middle. */
 #define CAMERA_RIGHT_LENS_MM_Q4 403
 
+/* From the middle of an exposure to the end of the frame's read-out, of both cameras: below the
+ * frame period of 25 ms. An assumption until the cameras are measured. */
+#define CAMERA_EXPOSURE_TO_END_US 20000L
+
 /* Things on the pitch whose size the detectors rely on. */
 #define BALL_DIAMETER_MM   67
 #define GOAL_WIDTH_MM      300
