@@ -106,6 +106,9 @@ static void see_ball(pitch_t *pitch, report_t *report)
 {
     seen_t seen;
     double width;
+    double top;
+    double bottom;
+    double middle;
     double x[2];
     double visible[2];
     int right;
@@ -114,26 +117,30 @@ static void see_ball(pitch_t *pitch, report_t *report)
     if (!project(pitch, pitch->ball_x, pitch->ball_y, BALL_R, &seen) ||
         hidden(pitch, pitch->ball_x, pitch->ball_y) || uniform(pitch, 0, 1) < 0.02 * pitch->noise)
         return;
-    width = 2 * BALL_R * CAMERA_FOCAL_PX / seen.depth;
-    if (seen.y - width / 2 > CAMERA_HEIGHT_PX - 3)
+    width = 2 * BALL_R * CAMERA_FOCAL_PX / sqrt(seen.depth * seen.depth - BALL_R * BALL_R);
+    top = seen.y - width / 2;
+    bottom = fmin(seen.y + width / 2, CAMERA_HEIGHT_PX - 1);
+    if (bottom - top < 4)
         return;
     right = strip(seen.x_right, width, &x[1], &visible[1]);
     left = strip(seen.x_left, width, &x[0], &visible[0]);
     if (!right && !left)
         return;
+    /* A pair knows how wide the ball is, and so its middle beyond a cut end. */
+    middle = right && left ? seen.x_right : right ? x[1] : x[0];
     report->flags |= REPORT_BALL;
-    report->ball_row = (uint8_t)fmin(fmax(seen.y + normal(pitch, 0.7), 0), CAMERA_HEIGHT_PX - 1);
-    report->ball_x_q4 = q4((right ? x[1] : x[0]) + normal(pitch, 0.3));
+    report->ball_row = (uint8_t)fmax((top + bottom) / 2 + normal(pitch, 0.7), 0);
+    report->ball_x_q4 = q4(fmin(middle + normal(pitch, 0.3), CAMERA_WIDTH_PX - 1));
     report->ball_width_px = (uint8_t)fmin(right ? visible[1] : visible[0], 255);
     report->ball_confidence = 200;
+    if (seen.disparity > 79 || bottom > CAMERA_HEIGHT_PX - 2)
+        report->flags |= REPORT_BALL_CLIPPED;
     if (!right)
         report->flags |= REPORT_BALL_LEFT_ONLY;
     else if (!left)
         report->flags |= REPORT_BALL_RIGHT_ONLY;
-    else if (seen.disparity > 79)
-        report->flags |= REPORT_BALL_CLIPPED;
-    else
-        report->ball_disparity_q4 = q4(x[0] - x[1] + normal(pitch, 0.3));
+    else if (!(report->flags & REPORT_BALL_CLIPPED))
+        report->ball_disparity_q4 = q4(seen.disparity + normal(pitch, 0.3));
 }
 
 static void see_goal(pitch_t *pitch, report_t *report)

@@ -49,21 +49,51 @@ static int16_t place_by_disparity(place_t *place, uint16_t x_q4, uint16_t row, u
     return point.height_mm;
 }
 
+/* Nearer than the search range: the width tells the depth, Z^2 = (f D / w)^2 + R^2 for a sphere,
+ * and the floor the rest. */
+static void place_by_width(place_t *ball, uint16_t x_q4, uint16_t width_px)
+{
+    int32_t ratio = (int32_t)CAMERA_FOCAL_PX * BALL_DIAMETER_MM / width_px;
+    int32_t depth =
+        (int32_t)square_root((uint32_t)(ratio * ratio + BALL_RADIUS_MM * BALL_RADIUS_MM));
+    /* The middle lies 94 - 34 mm below the lenses: forward = Z / cos - 60 * tan. */
+    int32_t below = CAMERA_LENS_HEIGHT_MM - BALL_RADIUS_MM;
+    int32_t forward = (depth * 4096 - below * CAMERA_TILT_SIN_Q12) / CAMERA_TILT_COS_Q12;
+    int32_t right_q4 = ((int32_t)x_q4 - CAMERA_CX_Q4) * depth / CAMERA_FOCAL_PX;
+
+    ball->valid = 1;
+    ball->forward_mm = (int16_t)(forward + LENS_FORWARD_MM);
+    ball->left_mm = (int16_t)(-(right_q4 + CAMERA_RIGHT_LENS_MM_Q4) / 16);
+    ball->sigma_mm = (uint16_t)(2 + depth / 40);
+}
+
+/* A ball on the floor seen by one eye: its row tells the range. */
+static void place_by_row(place_t *ball, const report_t *report)
+{
+    ground_point_t point;
+
+    if (!depth_on_plane(report->ball_x_q4, (uint16_t)(16u * report->ball_row), BALL_RADIUS_MM,
+                        &point) ||
+        point.forward_mm >= RANGE_MAX_MM)
+        return;
+    /* One row, at the ball's height: range^2 / (f * 60 mm). */
+    fill(ball, &point,
+         (uint16_t)(3 + (int32_t)point.forward_mm * point.forward_mm / (CAMERA_FOCAL_PX * 30)));
+}
+
 static void see_ball(const report_t *report, sightings_t *sightings)
 {
     place_t *ball = &sightings->ball;
     uint16_t x_px = report->ball_x_q4 / 16u;
     uint16_t half = report->ball_width_px / 2u;
-    uint8_t cut = x_px < half + 2u || x_px + half + 2u > CAMERA_WIDTH_PX ||
-                  report->ball_row + 3u > CAMERA_HEIGHT_PX;
-    ground_point_t point;
+    int cut = x_px < half + 3u || x_px + half + 3u > CAMERA_WIDTH_PX;
 
-    if (!(report->flags & REPORT_BALL))
+    if (!(report->flags & REPORT_BALL) || report->ball_width_px == 0)
         return;
     if (report->ball_disparity_q4 != 0) {
-        int16_t height = place_by_disparity(ball, report->ball_x_q4, report->ball_row,
-                                            report->ball_disparity_q4);
-        int32_t off = (int32_t)height - BALL_RADIUS_MM;
+        int32_t off = (int32_t)place_by_disparity(ball, report->ball_x_q4, report->ball_row,
+                                                  report->ball_disparity_q4) -
+                      BALL_RADIUS_MM;
 
         if (off < 0)
             off = -off;
@@ -71,20 +101,14 @@ static void see_ball(const report_t *report, sightings_t *sightings)
                       off < HEIGHT_SLACK_MM + ball->sigma_mm;
         return;
     }
-    if ((report->flags & REPORT_BALL_CLIPPED) && cut) {
-        sightings->ball_near = 1;
-        return;
-    }
-    /* One eye, or nearer than the search range: the row tells the range of a ball on the floor. */
-    if (!depth_on_plane(report->ball_x_q4, (uint16_t)(16u * report->ball_row), BALL_RADIUS_MM,
-                        &point) ||
-        point.forward_mm >= RANGE_MAX_MM)
-        return;
-    if (report->flags & REPORT_BALL_LEFT_ONLY)
-        point.left_mm = (int16_t)(point.left_mm + CAMERA_BASELINE_UM / 1000);
-    /* One row, at the ball's height: range^2 / (f * 60 mm). */
-    fill(ball, &point,
-         (uint16_t)(3 + (int32_t)point.forward_mm * point.forward_mm / (CAMERA_FOCAL_PX * 30)));
+    if (cut)
+        sightings->ball_near = (report->flags & REPORT_BALL_CLIPPED) != 0;
+    else if (report->flags & REPORT_BALL_CLIPPED)
+        place_by_width(ball, report->ball_x_q4, report->ball_width_px);
+    else
+        place_by_row(ball, report);
+    if (ball->valid && (report->flags & REPORT_BALL_LEFT_ONLY))
+        ball->left_mm = (int16_t)(ball->left_mm + CAMERA_BASELINE_UM / 1000);
 }
 
 static void see_goal(const report_t *report, sightings_t *sightings)

@@ -1,11 +1,9 @@
 #include "soccer/soccer.h"
 
 #include "soccer/sighting.h"
+#include "vision/camera.h"
 
-/* From the middle of the exposure to the end of the frame: half the time that the rows of a frame
- * take at 40 frames a second. The report's own delay comes on top. */
-#define EXPOSURE_TO_END_100US 125u
-#define BLIND_TURN_MM_S       30
+#define BLIND_TURN_MM_S 30
 
 void soccer_start(soccer_t *soccer, angle_t heading)
 {
@@ -28,7 +26,7 @@ void soccer_see(soccer_t *soccer, const report_t *report, uint16_t age_100us)
 
     sightings_from_report(report, &sightings);
     world_see(&soccer->world, &sightings,
-              (uint32_t)age_100us + report->delay + EXPOSURE_TO_END_100US);
+              (uint32_t)age_100us + report->delay + CAMERA_EXPOSURE_TO_END_US / 100);
     strategy_decide(&soccer->strategy, &soccer->world, &soccer->wheels);
 }
 
