@@ -9,6 +9,9 @@ use thiserror::Error;
 const RESET_TIME: Ps = 10 * MS;
 /// Recovery after it.
 const RECOVERY_TIME: Ps = 10 * MS;
+/// A device must have been attached this long before its reset (USB 2.0, 7.1.7.3).
+const DEBOUNCE_TIME: Ps = 100 * MS;
+const ATTACH_POLL_TIME: Ps = 100 * US;
 /// A token that got NAK is repeated after this time.
 const RETRY_TIME: Ps = 5 * US;
 /// Bus time of a packet besides its data, high speed: token, sync, CRC, turn-around, handshake.
@@ -200,17 +203,20 @@ impl Host {
         Ok(Device { device, configuration, speed: self.speed })
     }
 
-    /// Waits until the device is attached.
+    /// Waits until the device has been attached for 100 ms on end. A chip that disconnects in order
+    /// to come back as another device is so seen as that one only.
     ///
     /// # Errors
-    /// If it is not within the budget.
+    /// If it is not within the budget and this time.
     pub fn wait_attached(&mut self, link: &mut impl Link) -> Result<(), HostError> {
-        let end = link.fx2().now() + self.budget;
-        while !link.fx2().usb_attached() {
+        let end = link.fx2().now() + self.budget + DEBOUNCE_TIME;
+        let mut stable: Ps = 0;
+        while stable < DEBOUNCE_TIME {
             if link.fx2().now() >= end {
                 return Err(HostError::NotAttached(self.budget / MS));
             }
-            self.pass(link, 100 * US);
+            self.pass(link, ATTACH_POLL_TIME);
+            stable = if link.fx2().usb_attached() { stable + ATTACH_POLL_TIME } else { 0 };
         }
         Ok(())
     }
