@@ -100,6 +100,8 @@ pub struct ConfigPort {
     selected: bool,
     selected_since: Ps,
     last_rise: Option<Ps>,
+    /// How long the data pins have to stay after CCLK rose, as the caller tells it.
+    hold: Ps,
     /// A byte whose hold time is not over: when it was latched.
     held: Option<(Ps, u8)>,
     start_up: StartUp,
@@ -112,8 +114,9 @@ pub struct ConfigPort {
 }
 
 impl ConfigPort {
-    /// At power-on, PROG# and CS# high.
-    pub fn new(part: &'static Part, now: Ps) -> Self {
+    /// At power-on, PROG# and CS# high. On the board, CCLK arrives up to `cclk_late` after the caller
+    /// says it rises; data has to stay for longer by as much.
+    pub fn new(part: &'static Part, now: Ps, cclk_late: Ps) -> Self {
         Self {
             logic: Logic::new(part),
             prog_low: None,
@@ -122,6 +125,7 @@ impl ConfigPort {
             selected: false,
             selected_since: now,
             last_rise: None,
+            hold: HOLD_PS + cclk_late,
             held: None,
             start_up: StartUp::Idle,
             done: false,
@@ -168,7 +172,7 @@ impl ConfigPort {
     /// time; the level at the next rising CCLK is told there.
     pub fn data_changes(&mut self, now: Ps) {
         if let Some((latched, byte)) = self.held
-            && now < latched + HOLD_PS
+            && now < latched + self.hold
         {
             self.diagnostics.note(now, Violation::DataHold);
             self.held = Some((latched, !byte));
@@ -208,7 +212,7 @@ impl ConfigPort {
         }
         self.bytes += 1;
         let byte = if good { byte } else { !byte };
-        if HOLD_PS == 0 {
+        if self.hold == 0 {
             self.take(now, byte);
         } else {
             self.held = Some((now, byte));
@@ -269,7 +273,7 @@ impl ConfigPort {
     /// Let happen what time alone brings.
     fn settle(&mut self, now: Ps) {
         if let Some((latched, byte)) = self.held
-            && now >= latched + HOLD_PS
+            && now >= latched + self.hold
         {
             self.held = None;
             self.take(latched, byte);
@@ -352,7 +356,7 @@ mod tests {
     impl Bench {
         /// After a PROG# pulse, INIT# high, CS# low.
         fn ready() -> Self {
-            let mut bench = Self { port: ConfigPort::new(&XCV300E, 0), now: 3 * MS };
+            let mut bench = Self { port: ConfigPort::new(&XCV300E, 0, 0), now: 3 * MS };
             bench.pulse(300 * NS);
             bench.now += CLEAR_PS;
             assert!(bench.init());
@@ -400,7 +404,7 @@ mod tests {
 
     #[test]
     fn init_is_low_after_power_on_and_after_prog_until_the_memory_is_clear() {
-        let mut port = ConfigPort::new(&XCV300E, 0);
+        let mut port = ConfigPort::new(&XCV300E, 0, 0);
         assert!(!port.init(POWER_ON_PS - 1));
         assert_eq!(port.next_event(0), Some(POWER_ON_PS));
         assert!(port.init(POWER_ON_PS));
@@ -502,7 +506,7 @@ mod tests {
 
     #[test]
     fn bytes_count_only_with_select_low_and_init_high() {
-        let mut bench = Bench { port: ConfigPort::new(&XCV300E, 0), now: 0 };
+        let mut bench = Bench { port: ConfigPort::new(&XCV300E, 0, 0), now: 0 };
         bench.port.set_selected(0, true);
         bench.clocks(10);
         assert_eq!(bench.count(Violation::NotReady), 10);
@@ -541,6 +545,24 @@ mod tests {
             bench.send(&stream[5_001..]);
             assert!(!bench.done(), "{violation}");
             assert_eq!(bench.count(violation), 1, "{violation}");
+        }
+    }
+
+    #[test]
+    fn data_must_stay_while_cclk_may_be_late() {
+        let late = 7 * NS;
+        for (change, good) in [(0, false), (late - 1, false), (late, true)] {
+            let port = ConfigPort::new(&XCV300E, 0, late);
+            let mut bench = Bench { port, now: POWER_ON_PS };
+            bench.port.set_selected(bench.now, true);
+            for &byte in &soccer() {
+                bench.now += PERIOD;
+                bench.port.cclk_rises(bench.now, byte, bench.now - SETUP_PS);
+                bench.port.data_changes(bench.now + change);
+            }
+            bench.now += PERIOD;
+            assert_eq!(bench.done(), good, "{change} ps");
+            assert_eq!(bench.count(Violation::DataHold) == 0, good, "{change} ps");
         }
     }
 

@@ -93,10 +93,10 @@ pub struct Fpga {
 }
 
 impl Fpga {
-    /// At power-on.
-    pub fn new(now: Ps) -> Self {
+    /// At power-on. `cclk_late`: see [`ConfigPort::new`].
+    pub fn new(now: Ps, cclk_late: Ps) -> Self {
         Self {
-            port: ConfigPort::new(&XCV300E, now),
+            port: ConfigPort::new(&XCV300E, now, cclk_late),
             generation: 0,
             function: None,
             started: now,
@@ -340,7 +340,7 @@ mod tests {
     }
 
     fn configured(function: Function) -> Fpga {
-        let mut fpga = Fpga::new(0);
+        let mut fpga = Fpga::new(0, 0);
         let mut now = POWER_ON_PS;
         send(&mut fpga, &mut now, &make(function, &Options::default()));
         assert_eq!(fpga.function(now), Some(function));
@@ -386,7 +386,7 @@ mod tests {
 
     #[test]
     fn unconfigured_it_is_silent_and_reads_as_ones() {
-        let mut fpga = Fpga::new(0);
+        let mut fpga = Fpga::new(0, 0);
         show(&mut fpga, FIRST_FRAME);
         assert!(fpga.attention(FIRST_FRAME + MS));
         assert_eq!(read_words(&mut fpga, FIRST_FRAME + MS, &[0; 16]), [0xFF; REPORT_SIZE]);
