@@ -1,12 +1,14 @@
 //! The turret's flash: 128 Mbit NOR as M29W128FH, eight bits wide, AMD command set.
 //!
-//! Pins in, data and RY/BY# out; a read is undefined until its access time has passed, a program
+//! Pins in, data and RY/BY# out; a read says when its data is valid, a program
 //! operation can only clear bits, and a power cut leaves behind what a power cut leaves behind.
 //!
 //! Exact: commands, identification, status bits, sector map. From memory of the data sheet, so
 //! assumptions of ours: the timing constants below and the CFI table's times and voltages. Every read
 //! takes the full access time (the real chip is faster within a page). Not there: write buffer, erase
 //! suspend, block protection, the extended block; their commands are listed in the diagnostics.
+
+use std::fmt;
 
 use common_sys::constants::{FLASH_SECTOR_SIZE, FLASH_SIZE, TURRET_FLASH_ACCESS_NS};
 use sim::{MS, NS, Ps, TraceHash, US};
@@ -82,6 +84,21 @@ pub enum Violation {
     ProgramNeedsErase,
     /// The supply failed during an operation.
     PowerCut,
+}
+
+impl fmt::Display for Violation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::WritePulse => write!(f, "WE# low for less than {} ns", WRITE_PULSE_PS / NS),
+            Self::WriteData => {
+                write!(f, "data changed less than {} ns before WE# rose", WRITE_DATA_PS / NS)
+            }
+            Self::OutputDuringWrite => write!(f, "OE# and WE# low together"),
+            Self::Command(byte) => write!(f, "unknown command {byte:02X}"),
+            Self::ProgramNeedsErase => write!(f, "programming cannot set a cleared bit"),
+            Self::PowerCut => write!(f, "the supply failed during an operation"),
+        }
+    }
 }
 
 /// What the chip understands next.
@@ -243,13 +260,12 @@ impl Flash {
         self.ce_since.max(self.oe_since)
     }
 
-    /// The byte on DQ while the chip drives it, and since when it has been valid; until the access
-    /// time has passed it is not, and every bit is wrong.
+    /// The byte on DQ while the chip drives it, and since when it is valid. That time may lie ahead
+    /// of `now`: then the access time has not passed and what is on the pins is undefined.
     pub fn output(&mut self, now: Ps) -> (u8, Ps) {
         let valid = (self.address_since.max(self.ce_since) + ACCESS_PS)
             .max(self.oe_since + OUTPUT_ENABLE_PS);
-        let value = self.read(now);
-        if now < valid { (!value, now) } else { (value, valid) }
+        (self.read(now), valid)
     }
 
     /// Level of RY/BY#: high when nothing is going on.
@@ -523,20 +539,18 @@ mod tests {
     }
 
     #[test]
-    fn data_is_wrong_until_the_access_time_has_passed() {
+    fn data_is_valid_when_the_access_time_has_passed() {
         let mut flash = Flash::erased();
         flash.array[5] = 0x12;
         let pins = Pins { address: 5, ce: false, oe: false, we: true };
         flash.set_pins(1_000 * NS, pins, (0xFF, 0));
-        assert_eq!(flash.output(1_070 * NS - 1), (0xED, 1_070 * NS - 1));
-        assert_eq!(flash.output(1_090 * NS), (0x12, 1_070 * NS));
+        assert_eq!(flash.output(1_010 * NS), (0x12, 1_070 * NS));
         flash.set_pins(1_100 * NS, Pins { address: 4, ..pins }, (0xFF, 0));
-        assert_eq!(flash.output(1_169 * NS).0, 0x00);
-        assert_eq!(flash.output(1_170 * NS), (0xFF, 1_170 * NS));
-        flash.set_pins(1_200 * NS, Pins { oe: true, address: 4, ..pins }, (0xFF, 0));
+        assert_eq!(flash.output(1_300 * NS), (0xFF, 1_170 * NS));
+        flash.set_pins(1_400 * NS, Pins { oe: true, address: 4, ..pins }, (0xFF, 0));
         assert!(!flash.drives());
-        flash.set_pins(1_300 * NS, Pins { address: 4, ..pins }, (0xFF, 0));
-        assert_eq!(flash.output(1_330 * NS), (0xFF, 1_330 * NS));
+        flash.set_pins(1_500 * NS, Pins { address: 4, ..pins }, (0xFF, 0));
+        assert_eq!(flash.output(1_600 * NS), (0xFF, 1_530 * NS), "OE# is faster than CE#");
     }
 
     #[test]

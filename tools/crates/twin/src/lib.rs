@@ -1,3 +1,4 @@
 //! The loop that ties chips and world together.
 
 pub mod flash;
+pub mod turret;
