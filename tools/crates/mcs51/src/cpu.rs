@@ -6,8 +6,8 @@ use crate::{Bus, Source, sfr};
 /// PSW bit: odd number of ones in the accumulator.
 const PARITY: u8 = 0x01;
 
-/// PCON bit. STOP (bit 1 of other parts of the family) is not documented for the FX2 and does nothing
-/// here: an assumption.
+/// PCON bit. STOP (bit 1 of other parts of the family) is not documented for the FX2 and does
+/// nothing here: an assumption.
 const IDLE: u8 = 0x01;
 
 /// IE bit: all sources but resume.

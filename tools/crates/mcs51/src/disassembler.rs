@@ -32,8 +32,9 @@ pub struct Instruction {
     bytes: [u8; 3],
 }
 
-/// Columns 0, 2 and 3 of the opcode map, row by row. Small letters stand for what follows the opcode:
-/// b bit, c constant, d direct, r relative target, w 16-bit constant, l 16-bit target.
+/// Columns 0, 2 and 3 of the opcode map, row by row. Small letters stand for what follows the
+/// opcode: b bit, c constant, d direct, r relative target, w 16-bit constant, l 16-bit target.
+/// Column 1 is AJMP and ACALL; there p stands for a target within 2 KB.
 const IRREGULAR: [[&str; 3]; 16] = [
     ["NOP", "LJMP l", "RR A"],
     ["JBC b,r", "LCALL l", "RRC A"],

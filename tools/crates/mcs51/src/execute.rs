@@ -15,11 +15,12 @@ const OV: u8 = 0x04;
 
 /// Machine cycles of each opcode, MOVX without stretch. Jumps take the same time taken or not.
 ///
-/// Source: the instruction set table of the TRM, cited from memory; its timing is that of the DS80C320,
-/// and the lock step test compares every opcode with ucsim's. `DJNZ Rn` takes 3, although some firmware counts
-/// 4 in its comments: so says ucsim, and an FX2 delay loop in the field (NVMemProg) of nine NOP and
-/// one DJNZ makes 1 µs of 12 cycles. Assumptions: MUL and DIV take 5 (ucsim charges 7, adding the
-/// plain 8051's extra time once more), and the reserved opcode A5 is a NOP.
+/// Source: the instruction set table of the TRM, cited from memory; its timing is that of the
+/// DS80C320, and the lock step test compares every opcode with ucsim's. `DJNZ Rn` takes 3, although
+/// some firmware counts 4 in its comments: so says ucsim, and an FX2 delay loop in the field
+/// (NVMemProg) of nine NOP and one DJNZ makes 1 µs of 12 cycles. Assumptions: MUL and DIV take 5
+/// (ucsim charges 7, adding the plain 8051's extra time once more), and the reserved opcode A5 is a
+/// NOP.
 #[rustfmt::skip]
 const CYCLES: [u8; 256] = [
     // 0 1  2  3  4  5  6  7  8  9  A  B  C  D  E  F

@@ -1,5 +1,5 @@
-//! The 8051 core of the EZ-USB FX2: registers, instructions, cycles and interrupts, without the chip
-//! around it.
+//! The 8051 core of the EZ-USB FX2: registers, instructions, cycles and interrupts, without the
+//! chip around it.
 //!
 //! The chip supplies memories and all other special function registers through [`Bus`], keeps the
 //! interrupt request lines in [`Cpu::requests`] up to date and calls [`Cpu::step`].
@@ -29,8 +29,8 @@
 //! assert_eq!((cpu.pc(), cycles), (10, 10));
 //! ```
 //!
-//! Sources: EZ-USB FX2 Technical Reference Manual v2.1 (Cypress, here "TRM"); ucsim's DS80C320, with
-//! which the tests compare instruction by instruction.
+//! Sources: EZ-USB FX2 Technical Reference Manual v2.1 (Cypress, here "TRM"); ucsim's DS80C320,
+//! with which the tests compare instruction by instruction.
 
 mod cpu;
 mod disassembler;
@@ -44,8 +44,8 @@ pub use interrupts::Source;
 
 /// What the core reaches outside itself.
 ///
-/// A call belongs to the instruction that [`Cpu::step`] is executing; the time it is charged with is
-/// known only when the step returns.
+/// A call belongs to the instruction that [`Cpu::step`] is executing; the time it is charged with
+/// is known only when the step returns.
 pub trait Bus {
     /// Fetches an instruction byte or a constant (MOVC). Interrupt autovectors are the chip's: it
     /// substitutes the byte at 0x45 or 0x55.

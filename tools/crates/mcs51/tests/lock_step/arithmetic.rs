@@ -54,7 +54,8 @@ impl Pass {
         code.extend(self.instruction);
         code.extend([0xAA, sfr::PSW]); // MOV R2,PSW
         code.extend([0xCB, 0x23, 0x2B]); // XCH A,R3; RL A; ADD A,R3
-        code.extend([0x23, 0x2A, 0x23, 0x25, sfr::B, 0xFB]); // RL A; ADD A,R2; RL A; ADD A,B; MOV R3,A
+        code.extend([0x23, 0x2A, 0x23, 0x25, sfr::B]); // RL A; ADD A,R2; RL A; ADD A,B
+        code.push(0xFB); // MOV R3,A
         loop_back(&mut code, 0xDF, inner); // DJNZ R7
         code.extend([0xF0, 0xA3]); // MOVX @DPTR,A; INC DPTR
         loop_back(&mut code, 0xDE, outer); // DJNZ R6

@@ -1,5 +1,6 @@
 //! Lock step with ucsim: random programs run on this core and on Debian's `s51 -t DS320`, and after
-//! every instruction both must agree on registers, flags, PC and cycles, after every case on all RAM.
+//! every instruction both must agree on registers, flags, PC and cycles, after every case on all
+//! RAM.
 //!
 //! The DS80C320 has the FX2's instruction timing, stretch and second data pointer. Where the two
 //! differ, a function or table says so with the reason, and nothing else is left out:

@@ -30,8 +30,8 @@ pub fn charged_cycles(opcode: u8, cycles: u32) -> u32 {
 pub struct Stop {
     pub pc: u16,
     pub cycles: u32,
-    /// `None` when it stopped with "stack overflow", which it reports when SP wraps: it has executed
-    /// the instruction then, but shows no registers until the next.
+    /// `None` when it stopped with "stack overflow", which it reports when SP wraps: it has
+    /// executed the instruction then, but shows no registers until the next.
     pub registers: Option<Registers>,
 }
 
