@@ -4,6 +4,9 @@
 #define SEARCH_TURN_MM_S  55
 #define LOOK_TURN_MM_S    55
 #define RELOCATE_MM_S     100
+#define RELOCATE_X_MM     (-340)
+#define RELOCATE_Y_MM     170
+#define RELOCATE_ASIDE_MM 180
 #define APPROACH_MM_S     280
 #define PUSH_MM_S         320
 #define BACK_OFF_MM_S     140
@@ -15,12 +18,13 @@
 #define BALL_UNSEEN_TICKS     35
 #define BALL_FORGET_TICKS     900
 #define OPPONENT_UNSEEN_TICKS 60
-#define SEARCH_TICKS          700
+#define SEARCH_TICKS          400
 #define RELOCATE_TICKS        250
 #define LOOK_TICKS            400
 #define APPROACH_TICKS        1200
 #define PUSH_TICKS            500
 #define STUCK_TICKS           40
+#define WALL_TICKS            15
 #define BACK_OFF_TICKS        45
 #define BACK_OFF_TURN_TICKS   25
 
@@ -29,7 +33,6 @@
 #define AROUND_MM         122 /* radius of the way around the ball */
 #define FREE_X_MM         486 /* where the robot's middle may go */
 #define FREE_Y_MM         301
-#define OUTSIDE_MM        35  /* belief beyond a wall by this much: the wheels slip */
 #define OPPONENT_CLEAR_MM 90  /* between both middles */
 #define SHOT_CLEAR_MM     80  /* between the shot's line and the opponent's middle */
 #define GOAL_AIM_MM       100 /* half width of the goal that a shot aims at */
@@ -260,32 +263,53 @@ static void begin_turning(strategy_t *strategy, const world_t *world, angle_t to
     strategy->turn = angle_wrap(towards - pose.heading) >= 0 ? 1 : -1;
 }
 
+/* Choose a place to look from: to the side of the opponent, behind whom the ball may be. Never
+ * forward in the field: an unseen ball in the way must not end up in the opponent's goal. */
+static void choose_viewpoint(strategy_t *strategy, const world_t *world)
+{
+    pose_t pose;
+    angle_t aside;
+
+    odometry_pose(&world->odometry, &pose);
+    strategy->side = (int8_t)-strategy->side;
+    strategy->view_x_q4 = pose.x_q4 < RELOCATE_X_MM * 16 ? pose.x_q4 : RELOCATE_X_MM * 16;
+    strategy->view_y_q4 = strategy->side * RELOCATE_Y_MM * 16;
+    if (!world->opponent.known)
+        return;
+    aside = angle_wrap(
+        angle_of(world->opponent.x_q4 - pose.x_q4, world->opponent.y_q4 - pose.y_q4) + ANGLE_90);
+    /* Of both sides the one that leads backwards. */
+    if (angle_cos_q14(aside) > 0)
+        aside = angle_wrap(aside + 2 * ANGLE_90);
+    strategy->view_x_q4 = ahead_x(pose.x_q4, aside, RELOCATE_ASIDE_MM);
+    strategy->view_y_q4 = ahead_y(pose.y_q4, aside, RELOCATE_ASIDE_MM);
+    if (size_of(strategy->view_y_q4) > FREE_Y_MM * 16 && strategy->view_x_q4 > -FREE_X_MM * 16) {
+        strategy->view_x_q4 = pose.x_q4;
+        strategy->view_y_q4 = 2 * pose.y_q4 - strategy->view_y_q4;
+    }
+}
+
 static void search(strategy_t *strategy, const world_t *world)
 {
     set_wheels(strategy, 0, strategy->turn * SEARCH_TURN_MM_S);
-    /* Only eyes that have shown a goal are worth moving for. */
-    if (strategy->state_ticks > SEARCH_TICKS && world->localised)
+    /* Only eyes that have shown something are worth moving for. */
+    if (strategy->state_ticks > SEARCH_TICKS && (world->localised || world->opponent.known)) {
+        choose_viewpoint(strategy, world);
         enter(strategy, STRATEGY_RELOCATE);
-    else if (strategy->state_ticks > SEARCH_TICKS)
+    } else if (strategy->state_ticks > SEARCH_TICKS) {
         strategy->state_ticks = 0;
+    }
 }
 
-/* Never forward in the field: an unseen ball in the way must not end up in the opponent's goal. */
 static void relocate(strategy_t *strategy, const world_t *world)
 {
     pose_t pose;
-    int32_t x_q4 = -340 * 16;
-    int32_t y_q4 = strategy->side * 170 * 16;
 
     odometry_pose(&world->odometry, &pose);
-    if (x_q4 > pose.x_q4)
-        x_q4 = pose.x_q4;
-    drive_to(strategy, world, &pose, x_q4, y_q4, RELOCATE_MM_S);
+    drive_to(strategy, world, &pose, strategy->view_x_q4, strategy->view_y_q4, RELOCATE_MM_S);
     if (strategy->state_ticks > RELOCATE_TICKS ||
-        length_of(x_q4 - pose.x_q4, y_q4 - pose.y_q4) < 30 * 16) {
-        strategy->side = (int8_t)-strategy->side;
+        length_of(strategy->view_x_q4 - pose.x_q4, strategy->view_y_q4 - pose.y_q4) < 30 * 16)
         enter(strategy, STRATEGY_SEARCH);
-    }
 }
 
 static void look(strategy_t *strategy, const world_t *world)
@@ -295,6 +319,19 @@ static void look(strategy_t *strategy, const world_t *world)
         strategy->looked = 1;
         enter(strategy, STRATEGY_APPROACH);
     }
+}
+
+/* Out of where it is stuck: away from a wall towards the pitch's middle, forwards or backwards,
+ * whatever is nearer; else backwards. */
+static void begin_back_off(strategy_t *strategy, const world_t *world)
+{
+    pose_t pose;
+    angle_t home;
+
+    odometry_pose(&world->odometry, &pose);
+    home = angle_wrap(angle_of(-pose.x_q4, -pose.y_q4) - pose.heading);
+    strategy->escape = world->wall_ticks > 0 && angle_cos_q14(home) > 0 ? 1 : -1;
+    enter(strategy, STRATEGY_BACK_OFF);
 }
 
 /* A point on the circle around the ball, `off` away from the pose behind it. */
@@ -330,10 +367,10 @@ static void approach(strategy_t *strategy, const world_t *world, const situation
     }
     drive_to(strategy, world, &now->pose, x_q4, y_q4, APPROACH_MM_S);
     if (strategy->state_ticks > APPROACH_TICKS)
-        enter(strategy, STRATEGY_BACK_OFF);
+        begin_back_off(strategy, world);
 }
 
-static void push(strategy_t *strategy, const situation_t *now)
+static void push(strategy_t *strategy, const world_t *world, const situation_t *now)
 {
     /* Seen from the robot the ball must go to `shot`: aim beyond the ball's middle by as much as
      * the line through both middles is off. */
@@ -343,13 +380,13 @@ static void push(strategy_t *strategy, const situation_t *now)
     if (size_of(now->off) > PUSH_END_ANGLE || now->distance_mm > PUSH_LOST_MM)
         enter(strategy, STRATEGY_APPROACH);
     else if (strategy->state_ticks > PUSH_TICKS)
-        enter(strategy, STRATEGY_BACK_OFF);
+        begin_back_off(strategy, world);
 }
 
 static void back_off(strategy_t *strategy)
 {
     if (strategy->state_ticks < BACK_OFF_TICKS)
-        set_wheels(strategy, -BACK_OFF_MM_S, strategy->turn * 20);
+        set_wheels(strategy, strategy->escape * BACK_OFF_MM_S, strategy->turn * 20);
     else
         set_wheels(strategy, 0, strategy->turn * TURN_MAX_MM_S);
     if (strategy->state_ticks > BACK_OFF_TICKS + BACK_OFF_TURN_TICKS) {
@@ -367,16 +404,10 @@ static void forget_the_lost(world_t *world)
         world->opponent.known = 0;
 }
 
-/* Wheels that stand still, or a belief beyond the wall because they slip. */
+/* Wheels that stand still, or that slip at a wall. */
 static int is_stuck(const strategy_t *strategy, const world_t *world)
 {
-    pose_t pose;
-
-    odometry_pose(&world->odometry, &pose);
-    return strategy->stuck_ticks > STUCK_TICKS ||
-           (world->localised &&
-            (size_of(pose.x_q4) > (PITCH_HALF_LENGTH_MM - ROBOT_RADIUS + OUTSIDE_MM) * 16 ||
-             size_of(pose.y_q4) > (PITCH_HALF_WIDTH_MM - ROBOT_RADIUS + OUTSIDE_MM) * 16));
+    return strategy->stuck_ticks > STUCK_TICKS || world->wall_ticks > WALL_TICKS;
 }
 
 void strategy_start(strategy_t *strategy)
@@ -413,7 +444,7 @@ void strategy_decide(strategy_t *strategy, world_t *world, wheels_t *wheels)
 
     forget_the_lost(world);
     if (strategy->state != STRATEGY_BACK_OFF && is_stuck(strategy, world))
-        enter(strategy, STRATEGY_BACK_OFF);
+        begin_back_off(strategy, world);
 
     if (strategy->state == STRATEGY_BACK_OFF) {
         back_off(strategy);
@@ -435,7 +466,7 @@ void strategy_decide(strategy_t *strategy, world_t *world, wheels_t *wheels)
     } else {
         look_around(strategy, world, &now);
         if (strategy->state == STRATEGY_PUSH) {
-            push(strategy, &now);
+            push(strategy, world, &now);
         } else {
             enter(strategy, STRATEGY_APPROACH);
             approach(strategy, world, &now);

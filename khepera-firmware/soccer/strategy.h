@@ -1,7 +1,7 @@
 /* What to do: one step function from the world model to wheel speeds.
  *
  *   SEARCH    turn on the spot, first towards where the ball was last
- *   RELOCATE  nothing found in two turns: drive a little towards the own goal, look again
+ *   RELOCATE  nothing found in a turn: drive a little aside or back, look again
  *   LOOK      the ball is known but not the own place: turn until a goal has been seen
  *   APPROACH  drive around the ball to a pose behind it on the line of the shot
  *   PUSH      drive through the ball
@@ -36,10 +36,13 @@ typedef struct {
     uint16_t state_ticks; /* in this state; saturates */
     uint16_t stuck_ticks; /* wheels do not turn as told */
     int8_t turn;          /* 1 left, -1 right: of SEARCH, LOOK and BACK_OFF */
+    int8_t escape;        /* of BACK_OFF: 1 forwards, -1 backwards */
     int8_t side;          /* of the next RELOCATE: 1 left, -1 right */
     uint8_t looked;       /* LOOK had its try */
     angle_t shot;         /* direction in which the ball shall go */
     uint8_t shot_known;
+    int32_t view_x_q4; /* where RELOCATE drives to */
+    int32_t view_y_q4;
     wheels_t wheels; /* the last answer */
 } strategy_t;
 

@@ -20,7 +20,9 @@
 #define GATE_SIGMAS           3
 #define GATE_SLACK_MM         40
 #define DOUBTS_MAX            12
-/* A single post may be anything upright and dark: use it only near to where it must be. */
+/* A single post may be anything upright and dark: it counts less, and once the place is known only
+ * near to where it must be. */
+#define SINGLE_FACTOR         4
 #define SINGLE_GATE_MM        90
 /* Which goal is it? Not asked when looking along the goal lines. */
 #define SIDE_COS_MIN_Q14      3300
@@ -31,6 +33,7 @@
 #define BALL_SLOWING_MM_S   3
 #define BALL_SPEED_MAX_MM_S 1000
 #define IN_PITCH_SLACK_MM   40
+#define WALL_SLACK_MM       15
 #define CONTACT_MM          (BALL_RADIUS + ROBOT_RADIUS)
 /* Where an object must be to be expected in view. */
 #define VIEW_NEAR_MM        150
@@ -86,6 +89,7 @@ void world_start(world_t *world, angle_t heading)
     world->travel_rest = 0;
     world->spin_rest = 0;
     world->position_doubts = 0;
+    world->wall_ticks = 0;
     world->localised = 0;
     world->last_ball_bearing = heading;
     world->goal_age_ticks = UINT16_MAX;
@@ -173,11 +177,30 @@ static void grow_old(object_t *object, const pose_t *pose)
         count_up(&object->unseen_ticks);
 }
 
+/* No robot drives through a wall: where odometry says so, the wheels slip. */
+static void stay_on_pitch(world_t *world)
+{
+    int32_t limit_x = (PITCH_HALF_LENGTH_MM - ROBOT_RADIUS + WALL_SLACK_MM) * 65536;
+    int32_t limit_y = (PITCH_HALF_WIDTH_MM - ROBOT_RADIUS + WALL_SLACK_MM) * 65536;
+    int32_t x = clamp(world->odometry.x_q16, -limit_x, limit_x);
+    int32_t y = clamp(world->odometry.y_q16, -limit_y, limit_y);
+
+    if (!world->localised || (x == world->odometry.x_q16 && y == world->odometry.y_q16)) {
+        world->wall_ticks = 0;
+        return;
+    }
+    world->odometry.x_q16 = x;
+    world->odometry.y_q16 = y;
+    count_up(&world->wall_ticks);
+}
+
 void world_tick(world_t *world, const int32_t counts[2])
 {
     pose_t pose;
 
     odometry_add(&world->odometry, counts[0], counts[1]);
+    if (counts[0] != 0 || counts[1] != 0)
+        stay_on_pitch(world);
     odometry_pose(&world->odometry, &pose);
     world->newest = (uint8_t)((world->newest + 1u) % WORLD_HISTORY);
     world->history[world->newest] = pose;
@@ -351,11 +374,11 @@ static void see_goal(world_t *world, const place_t edge[2], const pose_t *then)
     if (!inside_pitch(pose.x_q4 + error.x_q4, pose.y_q4 + error.y_q4))
         return;
 
-    var = var * SYSTEMATIC_FACTOR + POSITION_VAR_FLOOR;
+    var = var * SYSTEMATIC_FACTOR * (seen == 1 ? SINGLE_FACTOR : 1) + POSITION_VAR_FLOOR;
     total = world->position_var + var;
     off_mm = (int32_t)length_of(error.x_q4, error.y_q4) / 16;
     gate_mm = GATE_SIGMAS * (int32_t)square_root((uint32_t)total) + GATE_SLACK_MM;
-    if (seen == 1 && gate_mm > SINGLE_GATE_MM)
+    if (seen == 1 && world->localised && gate_mm > SINGLE_GATE_MM)
         gate_mm = SINGLE_GATE_MM;
     if (off_mm > gate_mm) {
         /* Once is an error of the eye; again and again it is one of ours. */
