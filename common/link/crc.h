@@ -1,6 +1,6 @@
 /* Check sums of everything that crosses a wire or rests in flash.
  *
- * Both are computed bit by bit: a table would not fit the 8 KB FX2, and no side is in a hurry.
+ * Both are computed without a table: it would not fit the 8 KB FX2, and no side is in a hurry.
  * May be called from an interrupt. */
 #ifndef LINK_CRC_H
 #define LINK_CRC_H

@@ -9,13 +9,15 @@
 #include "drivers/fpga_port.h"
 
 /* The longest anything may take. The flash may still be erasing from before a reset of the FX2; the
- * FPGA clears its memory after PROG#; a block takes 53 us; DONE rises within the bitstream's end.
+ * FPGA clears its memory after PROG#; DONE rises within the bitstream's end.
  */
 #define FLASH_READY_TICKS CLOCK_TICKS(2000000ul)
 #define INIT_FALL_TICKS   CLOCK_TICKS(1000ul)
 #define INIT_RISE_TICKS   CLOCK_TICKS(50000ul)
-#define BLOCK_TICKS       CLOCK_TICKS(500ul)
 #define DONE_RISE_TICKS   CLOCK_TICKS(5000ul)
+
+/* Blocks in one step: a millisecond. */
+#define BURST_BLOCKS 16u
 
 typedef enum {
     AT_REST,
@@ -28,11 +30,12 @@ typedef enum {
 } state_t;
 
 static uint8_t state = AT_REST; /* state_t */
-static uint16_t entered;        /* clock_ticks() when this state, or this block, began */
+static uint16_t entered;        /* clock_ticks() when this state began */
 static XDATA config_status_t outcome;
 static XDATA stored_bitstream_t bitstream;
-static uint16_t blocks;      /* of the bitstream, a last part of one included */
-static uint16_t blocks_done; /* of these, clocked into the FPGA */
+static uint16_t next_block;  /* of the flash */
+static uint16_t full_blocks; /* left to clock into the FPGA */
+static uint16_t tail_bytes;  /* after them, 0..511 */
 
 static void enter(uint8_t next)
 {
@@ -66,14 +69,14 @@ static void fail(uint8_t result)
 
 void configure_start(void)
 {
-    if (state == STREAM)
-        flash_bus_stream_abort();
     if (state >= AWAIT_INIT_LOW)
         fail(CONFIG_BUSY);
     outcome.result = CONFIG_BUSY;
     outcome.slot = CONFIG_NO_SLOT;
     outcome.time_us = 0;
-    blocks_done = 0;
+    bitstream.length = 0;
+    full_blocks = 0;
+    tail_bytes = 0;
     flash_bus_select();
     enter(AWAIT_FLASH);
 }
@@ -102,7 +105,9 @@ static void find_slot(void)
         finish(CONFIG_BAD_SLOT);
         return;
     }
-    blocks = (uint16_t)((bitstream.length + (TURRET_FLASH_BLOCK - 1u)) / TURRET_FLASH_BLOCK);
+    next_block = bitstream.block;
+    full_blocks = (uint16_t)(bitstream.length / TURRET_FLASH_BLOCK);
+    tail_bytes = (uint16_t)bitstream.length % TURRET_FLASH_BLOCK;
     fpga_port_program(1);
     enter(AWAIT_INIT_LOW);
 }
@@ -118,24 +123,12 @@ static void await_init_low(void)
     }
 }
 
-/* The next block, which is shorter if it is the last and the length is no multiple of 512. */
-static void start_block(void)
-{
-    uint16_t length = TURRET_FLASH_BLOCK;
-
-    if (blocks_done == blocks - 1u)
-        length = (uint16_t)((bitstream.length - 1u) % TURRET_FLASH_BLOCK) + 1u;
-    flash_bus_stream_start(bitstream.block + blocks_done, length);
-    entered = clock_ticks();
-}
-
 static void await_init_high(void)
 {
     if (fpga_port_init_level()) {
         fpga_port_select(1);
         flash_bus_stream_begin();
-        state = STREAM;
-        start_block();
+        enter(STREAM);
     } else if (expired(INIT_RISE_TICKS)) {
         fail(CONFIG_NO_INIT);
     }
@@ -143,18 +136,20 @@ static void await_init_high(void)
 
 static void stream(void)
 {
-    if (!flash_bus_stream_busy()) {
-        blocks_done++;
-        if (blocks_done != blocks)
-            start_block();
-        else
-            enter(AWAIT_DONE);
-    } else if (!fpga_port_init_level()) {
-        flash_bus_stream_abort();
-        fail(CONFIG_CRC_ERROR);
-    } else if (expired(BLOCK_TICKS)) {
-        flash_bus_stream_abort();
+    uint8_t burst = full_blocks < BURST_BLOCKS ? (uint8_t)full_blocks : BURST_BLOCKS;
+
+    if (burst != 0) {
+        if (!flash_bus_stream_blocks(next_block, burst))
+            fail(CONFIG_BUS_STUCK);
+        else if (!fpga_port_init_level())
+            fail(CONFIG_CRC_ERROR);
+        next_block += burst;
+        full_blocks -= burst;
+    } else if (tail_bytes != 0 && !flash_bus_stream_tail(next_block, tail_bytes)) {
         fail(CONFIG_BUS_STUCK);
+    } else {
+        tail_bytes = 0;
+        enter(AWAIT_DONE);
     }
 }
 
@@ -197,10 +192,7 @@ uint8_t configure_step(void)
 
 const config_status_t *configure_status(void)
 {
-    if (blocks_done != 0 && blocks_done == blocks)
-        outcome.bytes = bitstream.length;
-    else
-        outcome.bytes = (uint32_t)blocks_done * TURRET_FLASH_BLOCK;
+    outcome.bytes = bitstream.length - (uint32_t)full_blocks * TURRET_FLASH_BLOCK - tail_bytes;
     outcome.init = fpga_port_init_level();
     outcome.done = fpga_port_done_level();
     return &outcome;

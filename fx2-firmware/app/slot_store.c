@@ -38,12 +38,25 @@ static void choose_bank(uint8_t number)
     tail = (uint16_t)(number * BANK_BLOCKS + TAIL_BLOCK);
 }
 
+/* 1 if the record in `wire` was never written. Asked of each bank, so it must be quick. */
+static uint8_t is_free(void)
+{
+    const XDATA uint8_t *at = wire;
+    uint8_t left = SLOT_RECORD_SIZE;
+
+    do {
+        if (*at++ != 0xFFu)
+            return 0;
+    } while (--left);
+    return 1;
+}
+
 /* Kind of the record at place `place` of the chosen bank. */
 static uint8_t read_record(uint16_t place)
 {
     flash_bus_read(tail, (uint16_t)(RECORD_OFFSET + place * SLOT_RECORD_SIZE), wire,
                    SLOT_RECORD_SIZE);
-    return slot_record_decode(wire, &sequence);
+    return is_free() ? SLOT_RECORD_FREE : slot_record_decode(wire, &sequence);
 }
 
 /* The number of places in use. Records are only ever appended, so everything before the first free

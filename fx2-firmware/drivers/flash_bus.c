@@ -9,7 +9,7 @@ __sbit __at(0x80 + TURRET_PA_FLASH_CE) FLASH_CE_N;
 static void set_block(uint16_t block)
 {
     IOD = (uint8_t)block;
-    IOE = (uint8_t)(block >> 8) & TURRET_PE_ADDRESS_MASK;
+    IOE = (uint8_t)(block >> 8);
 }
 
 static void set_address(uint16_t block, uint16_t offset)
@@ -64,18 +64,21 @@ void flash_bus_stream_end(void)
     gpif_stream_end();
 }
 
-void flash_bus_stream_start(uint16_t block, uint16_t length)
+uint8_t flash_bus_stream_blocks(uint16_t block, uint8_t count)
+{
+    do {
+        /* What set_block() does, without a call: this is the time between two blocks. */
+        IOD = (uint8_t)block;
+        IOE = (uint8_t)(block >> 8);
+        block++;
+        if (!gpif_stream_block(TURRET_FLASH_BLOCK))
+            return 0;
+    } while (--count);
+    return 1;
+}
+
+uint8_t flash_bus_stream_tail(uint16_t block, uint16_t length)
 {
     set_block(block);
-    gpif_stream_start(length);
-}
-
-uint8_t flash_bus_stream_busy(void)
-{
-    return gpif_stream_busy();
-}
-
-void flash_bus_stream_abort(void)
-{
-    gpif_stream_abort();
+    return gpif_stream_block(length);
 }

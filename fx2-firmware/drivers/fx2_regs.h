@@ -78,7 +78,7 @@ __sbit __at(0xAF) EA;
 #define EPCFG_VALID   0x80u
 #define EPCFG_IN      0x40u
 #define EPCFG_BULK    0x20u
-#define EPCFG_DOUBLE  0x02u
+#define EPCFG_QUAD    0x00u
 #define EP2FIFOCFG    XREG(0xE618)
 #define EP4FIFOCFG    XREG(0xE619)
 #define EP6FIFOCFG    XREG(0xE61A)

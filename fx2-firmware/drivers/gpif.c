@@ -70,6 +70,13 @@ static const CODE uint8_t waveforms[3 * WAVE_BYTES] = {
  * GPIF should stand still all the same, waiting for it must end. */
 #define SINGLE_POLLS 32u
 
+/* 512 bytes take 640 CPU cycles, a poll takes 8: twice the time a block needs. */
+#define STREAM_POLLS 160u
+
+/* The FIFO that takes the stream's samples has four buffers of 512 bytes, one block each. */
+#define FIFO_BUFFERS 4u
+static uint8_t free_buffers;
+
 static void load_waveforms(void)
 {
     uint8_t i;
@@ -107,13 +114,8 @@ void gpif_init(void)
     EP6FIFOCFG = 0;
     SYNCDELAY();
     EP8FIFOCFG = 0;
-    EP6CFG = EPCFG_VALID | EPCFG_IN | EPCFG_BULK | EPCFG_DOUBLE;
+    EP6CFG = EPCFG_VALID | EPCFG_IN | EPCFG_BULK | EPCFG_QUAD;
     EP6GPIFPFSTOP = 0; /* the count ends a transaction, not the FIFO's flag */
-    SYNCDELAY();
-    GPIFTCB3 = 0;
-    SYNCDELAY();
-    GPIFTCB2 = 0;
-    SYNCDELAY();
 }
 
 void gpif_set_offset(uint16_t offset)
@@ -143,7 +145,9 @@ void gpif_read(XDATA uint8_t *data, uint8_t length)
 
     do {
         started = GPIFSGLDATLX; /* what it returns belongs to an earlier read */
-        wait_single();
+        __asm__("nop\n nop");   /* the cycle takes as long as this and the next line */
+        if (!(GPIFTRIG & GPIFTRIG_DONE))
+            wait_single();
         *data++ = GPIFSGLDATLNOX;
     } while (--length);
     (void)started;
@@ -155,16 +159,6 @@ void gpif_write(uint8_t value)
     wait_single();
 }
 
-void gpif_stream_begin(void)
-{
-    GPIFIDLECTL = WE_N;
-}
-
-void gpif_stream_end(void)
-{
-    GPIFIDLECTL = REST;
-}
-
 static void discard_samples(void)
 {
     FIFORESET = FIFORESET_NAKALL;
@@ -173,31 +167,52 @@ static void discard_samples(void)
     SYNCDELAY();
     FIFORESET = 0;
     SYNCDELAY();
+    free_buffers = FIFO_BUFFERS;
 }
 
-void gpif_stream_start(uint16_t length)
+/* The count's upper and lowest bytes are 0 whenever a block begins: it has just expired. */
+static void clear_count(void)
 {
+    GPIFTCB3 = 0;
+    SYNCDELAY();
+    GPIFTCB2 = 0;
+    SYNCDELAY();
+    GPIFTCB0 = 0;
+    SYNCDELAY();
+}
+
+void gpif_stream_begin(void)
+{
+    gpif_set_offset(0);
+    clear_count();
     discard_samples();
-    GPIFADRH = 0;
-    SYNCDELAY();
-    GPIFADRL = 0;
-    SYNCDELAY();
+    GPIFIDLECTL = WE_N;
+}
+
+void gpif_stream_end(void)
+{
+    GPIFIDLECTL = REST;
+}
+
+uint8_t gpif_stream_block(uint16_t length)
+{
+    uint8_t polls = STREAM_POLLS;
+
+    if (free_buffers-- == 0)
+        discard_samples();
     GPIFTCB1 = (uint8_t)(length >> 8);
     SYNCDELAY();
-    GPIFTCB0 = (uint8_t)length;
-    SYNCDELAY();
+    if ((uint8_t)length != 0) {
+        GPIFTCB0 = (uint8_t)length;
+        SYNCDELAY();
+    }
     GPIFTRIG = GPIFTRIG_READ | GPIFTRIG_EP6;
-}
-
-uint8_t gpif_stream_busy(void)
-{
-    return !(GPIFTRIG & GPIFTRIG_DONE);
-}
-
-void gpif_stream_abort(void)
-{
+    do {
+        if (GPIFTRIG & GPIFTRIG_DONE)
+            return 1;
+    } while (--polls);
     GPIFABORT = 0xFF;
-    discard_samples();
+    return 0;
 }
 
 uint8_t gpif_ready_pins(void)

@@ -25,19 +25,14 @@ void gpif_read(XDATA uint8_t *data, uint8_t length);
 void gpif_write(uint8_t value);
 
 /* Between begin and end the flash drives the bus even while no block is on its way; only
- * gpif_stream_*() may be called. */
+ * gpif_stream_block() may be called. The first block begins at offset 0. */
 void gpif_stream_begin(void);
 void gpif_stream_end(void);
 
-/* Start clocking `length` bytes (1..512), from offset 0 on, out of the flash into the FPGA, at 5
- * periods of IFCLK a byte. Returns at once. */
-void gpif_stream_start(uint16_t length);
-
-/* 1 while that block is on its way. */
-uint8_t gpif_stream_busy(void);
-
-/* Give the block up: for when it does not end within its time. */
-void gpif_stream_abort(void);
+/* Clock the next `length` bytes (1..512) out of the flash into the FPGA, at 5 periods of IFCLK a
+ * byte, and wait until they are over: 53 us for 512. Only the last block may be shorter than 512.
+ * Returns 1, or 0 if the GPIF did not end within twice that time; it is then stopped. */
+uint8_t gpif_stream_block(uint16_t length);
 
 /* Levels of RDY[5:0]. */
 uint8_t gpif_ready_pins(void);

@@ -11,12 +11,7 @@
 fake_flash_t fake_flash;
 fake_fpga_t fake_fpga;
 
-static struct {
-    int begun;
-    int polls_left; /* of "busy" */
-    uint16_t block;
-    uint16_t length;
-} stream;
+static int streaming; /* between begin and end */
 
 void fake_turret_reset(void)
 {
@@ -31,7 +26,7 @@ void fake_turret_reset(void)
     fake_fpga.bad_byte = FAKE_NEVER;
     fake_fpga.done_byte = FAKE_NEVER;
     fake_fpga.init = 1;
-    memset(&stream, 0, sizeof stream);
+    streaming = 0;
 }
 
 void fake_flash_store(uint8_t slot, uint8_t bank, uint32_t length, uint32_t generation,
@@ -94,7 +89,7 @@ void flash_bus_read(uint16_t block, uint16_t offset, uint8_t *data, uint8_t leng
     uint8_t i;
 
     assert(length > 0 && address % TURRET_FLASH_BLOCK + length <= TURRET_FLASH_BLOCK);
-    assert(address + length <= FLASH_SIZE && !stream.begun);
+    assert(address + length <= FLASH_SIZE && !streaming);
     fake_flash.reads += length;
     for (i = 0; i < length; i++) {
         if (!fake_flash.selected || !fake_flash.present)
@@ -108,7 +103,7 @@ void flash_bus_read(uint16_t block, uint16_t offset, uint8_t *data, uint8_t leng
 
 void flash_bus_write(uint16_t block, uint16_t offset, uint8_t value)
 {
-    assert(!stream.begun);
+    assert(!streaming);
     if (!fake_flash.selected)
         return;
     if (value == 0xF0)
@@ -129,21 +124,12 @@ uint8_t flash_bus_ready(void)
 
 void flash_bus_stream_begin(void)
 {
-    stream.begun = 1;
+    streaming = 1;
 }
 
 void flash_bus_stream_end(void)
 {
-    stream.begun = 0;
-}
-
-void flash_bus_stream_start(uint16_t block, uint16_t length)
-{
-    assert(stream.begun && stream.polls_left == 0);
-    assert(length > 0 && length <= TURRET_FLASH_BLOCK);
-    stream.block = block;
-    stream.length = length;
-    stream.polls_left = 3;
+    streaming = 0;
 }
 
 static void clock_byte_in(uint8_t byte)
@@ -158,25 +144,30 @@ static void clock_byte_in(uint8_t byte)
         fake_fpga.done = 1;
 }
 
-uint8_t flash_bus_stream_busy(void)
+static uint8_t stream_bytes(uint16_t block, uint32_t length)
 {
-    uint32_t address = (uint32_t)stream.block * TURRET_FLASH_BLOCK;
-    uint16_t i;
+    uint32_t address = (uint32_t)block * TURRET_FLASH_BLOCK;
+    uint32_t i;
 
-    if (stream.polls_left == 0)
-        return 0;
+    assert(streaming && length > 0);
     if (fake_fpga.stream_sticks)
-        return 1;
-    if (--stream.polls_left == 0) {
-        for (i = 0; i < stream.length; i++)
-            clock_byte_in(fake_flash.memory[address + i]);
-    }
-    return stream.polls_left != 0;
+        return 0;
+    for (i = 0; i < length; i++)
+        clock_byte_in(fake_flash.memory[address + i]);
+    return 1;
 }
 
-void flash_bus_stream_abort(void)
+uint8_t flash_bus_stream_blocks(uint16_t block, uint8_t count)
 {
-    stream.polls_left = 0;
+    assert(streaming == 1);
+    return stream_bytes(block, (uint32_t)count * TURRET_FLASH_BLOCK);
+}
+
+uint8_t flash_bus_stream_tail(uint16_t block, uint16_t length)
+{
+    assert(length < TURRET_FLASH_BLOCK);
+    streaming = 2; /* nothing may follow */
+    return stream_bytes(block, length);
 }
 
 /* ---- the FPGA behind drivers/fpga_port.h ---- */
