@@ -92,6 +92,15 @@ pub fn slot_record_encode(kind: u8, sequence: u32) -> [u8; SLOT_RECORD_SIZE] {
     wire
 }
 
+/// Kind and sequence number of the slot record in `wire`: kind `SLOT_RECORD_FREE` where none was ever
+/// written, 0 if it is damaged; the number counts for the two other kinds only.
+pub fn slot_record_decode(wire: &[u8; SLOT_RECORD_SIZE]) -> (u8, u32) {
+    let mut sequence = 0;
+    // SAFETY: `wire` has SLOT_RECORD_SIZE bytes.
+    let kind = unsafe { ffi::slot_record_decode(wire.as_ptr(), &mut sequence) };
+    (kind, sequence)
+}
+
 /// The configuration status in `wire`, or None if its version is unknown.
 pub fn config_status_decode(wire: &[u8; CONFIG_STATUS_SIZE]) -> Option<ConfigStatus> {
     let mut status = ConfigStatus::default();
