@@ -8,5 +8,6 @@ pub mod fpga;
 pub mod logic;
 pub mod packet;
 pub mod part;
+pub mod store;
 
 pub use fpga::{Fpga, Frame};
