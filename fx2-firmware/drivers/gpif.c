@@ -198,8 +198,9 @@ uint8_t gpif_stream_block(uint16_t length)
 {
     uint8_t polls = STREAM_POLLS;
 
-    if (free_buffers-- == 0)
+    if (free_buffers == 0)
         discard_samples();
+    free_buffers--;
     GPIFTCB1 = (uint8_t)(length >> 8);
     SYNCDELAY();
     if ((uint8_t)length != 0) {
