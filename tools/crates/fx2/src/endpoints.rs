@@ -159,13 +159,11 @@ impl Endpoint {
     /// Bytes a packet can have: full-speed bulk packets have 64.
     pub(crate) fn packet_size(&self) -> usize {
         let bulk = self.cfg & 0x30 == 0x20;
-        if self.speed == Speed::Full && bulk {
-            64
-        } else if self.large && self.cfg & SIZE_1024 != 0 {
-            1024
-        } else {
-            512
-        }
+        if self.speed == Speed::Full && bulk { 64 } else { self.buffer_size() }
+    }
+
+    fn buffer_size(&self) -> usize {
+        if self.large && self.cfg & SIZE_1024 != 0 { 1024 } else { 512 }
     }
 
     /// EPxCFG is written: the buffers start afresh.
@@ -418,12 +416,13 @@ impl Endpoint {
         if self.word_wide() { 2 } else { 1 }
     }
 
-    /// Bytes at which the buffer being filled is handed over.
+    /// Bytes at which the buffer being filled is handed over: AUTOINLEN, or in manual mode the whole
+    /// buffer, whatever USB's packet size is.
     fn fill_limit(&self) -> usize {
-        let size = self.packet_size();
         match usize::from(self.autoinlen) {
-            len if self.auto_in() && len > 0 => len.min(size),
-            _ => size,
+            len if self.auto_in() && len > 0 => len.min(self.packet_size()),
+            _ if self.auto_in() => self.packet_size(),
+            _ => self.buffer_size(),
         }
     }
 

@@ -80,7 +80,7 @@ struct Run {
     edge: u64,
     at: Ps,
     /// RDY pins at the last edge and at the one before.
-    ready: [u8; 2],
+    ready: [Option<u8>; 2],
     /// The waveform looks at RDY pins at all.
     looks: bool,
 }
@@ -163,7 +163,7 @@ impl Chip {
             moved: false,
             edge,
             at: clock.edge(edge),
-            ready: [0xFF; 2],
+            ready: [None; 2],
             looks,
         }
     }
@@ -246,7 +246,9 @@ impl Chip {
             self.gpif_drive_data(run);
         }
         if run.looks {
-            run.ready = [board.sense(run.at).rdy, run.ready[0]];
+            let pins = board.sense(run.at).rdy;
+            // The flip-flops run all the time; before S0 the pins count as steady.
+            run.ready = [pins, run.ready[0].unwrap_or(pins)].map(Some);
         }
         if next == IDLE {
             // The last pass ends the transaction on entering IDLE.
@@ -362,7 +364,10 @@ impl Chip {
         let config = self.reg(xdata::GPIFREADYCFG);
         match term {
             5 if config & TCXRDY5 != 0 => self.gpif.count == 0,
-            0..=5 => run.ready[usize::from(config & SAS == 0)] >> term & 1 != 0,
+            0..=5 => {
+                let pins = run.ready[usize::from(config & SAS == 0)];
+                pins.is_some_and(|pins| pins >> term & 1 != 0)
+            }
             6 => run.transaction.endpoint().is_some_and(|index| self.gpif_flag(index)),
             _ => config & INTRDY != 0,
         }
