@@ -2,7 +2,7 @@
 
 #![allow(dead_code)] // every test file uses a part of it
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -114,7 +114,8 @@ impl Program<'_> {
     }
 }
 
-fn assemble(source: &str) -> Vec<u8> {
+/// Assembles and links `source` with its text at `text`; what `with_file` makes of the ELF file.
+pub fn build_at<R>(source: &str, text: &str, with_file: impl FnOnce(&Path) -> R) -> R {
     static COUNT: AtomicU32 = AtomicU32::new(0);
     let unique = format!("{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
     let file = |ending: &str| -> PathBuf {
@@ -123,14 +124,20 @@ fn assemble(source: &str) -> Vec<u8> {
     std::fs::write(file("s"), source).expect("the target directory is writable");
     run(Command::new("m68k-linux-gnu-as").arg("-mcpu32").arg("-o").arg(file("o")).arg(file("s")));
     run(Command::new("m68k-linux-gnu-ld")
-        .args(["-Ttext=0", "-e0", "-o"])
+        .arg(format!("-Ttext={text}"))
+        .arg(format!("-e{text}"))
+        .arg("-o")
         .arg(file("elf"))
         .arg(file("o")));
-    let image = std::fs::read(file("elf")).expect("the linker wrote it");
+    let made = with_file(&file("elf"));
     for ending in ["s", "o", "elf"] {
         std::fs::remove_file(file(ending)).expect("it was there");
     }
-    image
+    made
+}
+
+fn assemble(source: &str) -> Vec<u8> {
+    build_at(source, "0", |elf| std::fs::read(elf).expect("the linker wrote it"))
 }
 
 fn run(command: &mut Command) {
