@@ -12,6 +12,7 @@
 #define HALF_WIDTH      340.0
 #define GOAL_HALF       150.0
 #define GOAL_DEPTH      70.0
+#define CORNER          50.0
 #define BALL_R          33.5
 #define ROBOT_R         30.0
 #define WHEEL_BASE      53.0
@@ -305,10 +306,31 @@ static void push_out(double *x, double *y, double from_x, double from_y, double 
     *y = from_y + dy / now * distance;
 }
 
+/* The pitch's corners are cut by 50 mm: keep a disc of radius `radius` inside. */
+static void cut_corner(double *x, double *y, double *vx, double *vy, double radius)
+{
+    double limit = HALF_LENGTH + HALF_WIDTH - CORNER - radius * sqrt(2);
+    double over = fabs(*x) + fabs(*y) - limit;
+    double nx = copysign(sqrt(0.5), *x);
+    double ny = copysign(sqrt(0.5), *y);
+    double speed = *vx * nx + *vy * ny;
+
+    if (over <= 0)
+        return;
+    *x -= copysign(over / 2, *x);
+    *y -= copysign(over / 2, *y);
+    if (speed > 0) {
+        *vx -= nx * speed * (1 + RESTITUTION);
+        *vy -= ny * speed * (1 + RESTITUTION);
+    }
+}
+
 static void move_robot(pitch_t *pitch)
 {
     double forward = (pitch->wheel_mm_s[0] + pitch->wheel_mm_s[1]) / 2;
     double turn = (pitch->wheel_mm_s[1] - pitch->wheel_mm_s[0]) / WHEEL_BASE;
+    double no_speed[2] = {0, 0};
+    double end;
 
     pitch->heading += turn * STEP_S;
     pitch->x += forward * cos(pitch->heading) * STEP_S;
@@ -320,8 +342,12 @@ static void move_robot(pitch_t *pitch)
         if (pitch->x != before)
             pitch->touching_opponent_s += STEP_S;
     }
-    pitch->x = fmin(fmax(pitch->x, -HALF_LENGTH + ROBOT_R), HALF_LENGTH - ROBOT_R);
+    end = HALF_LENGTH + (fabs(pitch->y) < GOAL_HALF - ROBOT_R ? GOAL_DEPTH : 0) - ROBOT_R;
+    pitch->x = fmin(fmax(pitch->x, -end), end);
     pitch->y = fmin(fmax(pitch->y, -HALF_WIDTH + ROBOT_R), HALF_WIDTH - ROBOT_R);
+    if (fabs(pitch->x) > HALF_LENGTH - ROBOT_R)
+        pitch->y = fmin(fmax(pitch->y, -GOAL_HALF + ROBOT_R), GOAL_HALF - ROBOT_R);
+    cut_corner(&pitch->x, &pitch->y, &no_speed[0], &no_speed[1], ROBOT_R);
 }
 
 /* The ball meets a disc that moves with (vx, vy) and is not moved by it. */
@@ -376,6 +402,7 @@ static void move_ball(pitch_t *pitch)
     bounce(&pitch->ball_x, &pitch->ball_vx, -end + BALL_R, end - BALL_R);
     end = fabs(pitch->ball_x) > HALF_LENGTH ? GOAL_HALF : HALF_WIDTH;
     bounce(&pitch->ball_y, &pitch->ball_vy, -end + BALL_R, end - BALL_R);
+    cut_corner(&pitch->ball_x, &pitch->ball_y, &pitch->ball_vx, &pitch->ball_vy, BALL_R);
     if (pitch->ball_x > HALF_LENGTH + BALL_R)
         pitch->goals_for++;
     else if (pitch->ball_x < -HALF_LENGTH - BALL_R)

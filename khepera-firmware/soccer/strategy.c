@@ -30,32 +30,41 @@
 
 /* Distances, mm. */
 #define BEHIND_MM         115 /* from the ball's middle to where a push begins */
+#define BEHIND_MIN_MM     90  /* a shorter run-up will do, */
+#define BEHIND_TIGHT_MM   70  /* ... and this one if nothing else is to be had */
 #define AROUND_MM         122 /* radius of the way around the ball */
-#define FREE_X_MM         486 /* where the robot's middle may go */
-#define FREE_Y_MM         301
+#define FREE_X_MM         490 /* where the robot's middle may go */
+#define FREE_Y_MM         305
+#define FREE_IN_GOAL_MM   540 /* ... and in a goal's mouth, */
+#define GOAL_MOUTH_MM     105 /* ... which is so wide on either side */
 #define OPPONENT_CLEAR_MM 90  /* between both middles */
 #define SHOT_CLEAR_MM     80  /* between the shot's line and the opponent's middle */
 #define GOAL_AIM_MM       100 /* half width of the goal that a shot aims at */
-#define GOAL_INSIDE_MM    60  /* aim of a ball that lies before the line: so far ahead of it */
+#define GOAL_INSIDE_MM    50  /* so far behind the line lies the aim */
+#define GOAL_AIM_MIN_MM   70  /* ... and at least so far ahead of the ball */
 #define PUSH_ALONG_MIN_MM 60
 #define PUSH_ALONG_MAX_MM 260
 #define PUSH_LOST_MM      330
 
 /* Angles. */
-#define AROUND_STEP      ANGLE_DEGREES(50)
-#define DIRECT_ANGLE     ANGLE_DEGREES(50)
-#define PUSH_BEGIN_ANGLE ANGLE_DEGREES(7)
-#define PUSH_END_ANGLE   ANGLE_DEGREES(38)
-#define SHOT_STEP        1365 /* 7.5 degrees */
-#define SHOT_STEPS       10
+#define AROUND_STEP          ANGLE_DEGREES(50)
+#define AROUND_CHECK         ANGLE_DEGREES(30)
+#define DIRECT_ANGLE         ANGLE_DEGREES(50)
+#define PUSH_BEGIN_ANGLE     ANGLE_DEGREES(7)
+#define PUSH_END_ANGLE       ANGLE_DEGREES(38)
+#define SHOT_STEP            1365 /* 7.5 degrees */
+#define SHOT_STEPS           10
 /* A shot must not go back by more than that: cos(107 degrees). */
-#define SHOT_COS_MIN_Q14 (-4800)
+#define SHOT_COS_MIN_Q14     (-4800)
+/* RELOCATE leads forward by no more than that: cos(70 degrees). */
+#define RELOCATE_COS_MAX_Q14 5600
 
 /* Costs of a shot, in 1/65536 turns of detour. */
 #define COST_OUTSIDE     4
 #define COST_OF_STEP     200
 #define COST_BLOCKED     9000
-#define COST_CHANGE      1500
+#define COST_CHANGE      2500
+#define COST_TIGHT       4000
 #define COST_WAY_DIVISOR 16
 
 typedef struct {
@@ -104,6 +113,14 @@ static void enter(strategy_t *strategy, strategy_state_t state)
     strategy->state = state;
     strategy->state_ticks = 0;
     strategy->stuck_ticks = 0;
+}
+
+/* May the robot's middle be there: on the pitch or in a goal's mouth? */
+static int free_for_robot(int32_t x_q4, int32_t y_q4)
+{
+    int32_t limit_x = size_of(y_q4) < GOAL_MOUTH_MM * 16 ? FREE_IN_GOAL_MM : FREE_X_MM;
+
+    return size_of(x_q4) <= limit_x * 16 && size_of(y_q4) <= FREE_Y_MM * 16;
 }
 
 /* ---- Driving ---- */
@@ -164,11 +181,6 @@ static void drive_to(strategy_t *strategy, const world_t *world, const pose_t *p
 
 /* ---- The shot ---- */
 
-static int free_for_robot(int32_t x_q4, int32_t y_q4)
-{
-    return size_of(x_q4) <= FREE_X_MM * 16 && size_of(y_q4) <= FREE_Y_MM * 16;
-}
-
 /* Is the opponent near the ray from (x, y) in `direction`? 0 = no, up to COST_BLOCKED. */
 static int32_t blocked_cost(const object_t *opponent, int32_t x_q4, int32_t y_q4, angle_t direction)
 {
@@ -184,17 +196,23 @@ static int32_t blocked_cost(const object_t *opponent, int32_t x_q4, int32_t y_q4
     return COST_BLOCKED * (SHOT_CLEAR_MM - across_mm) / SHOT_CLEAR_MM + COST_BLOCKED / 4;
 }
 
+static int free_behind(const situation_t *now, angle_t shot, int32_t mm)
+{
+    angle_t behind = angle_wrap(shot + 2 * ANGLE_90);
+
+    return free_for_robot(ahead_x(now->ball_x_q4, behind, mm), ahead_y(now->ball_y_q4, behind, mm));
+}
+
 static int32_t shot_cost(const strategy_t *strategy, const world_t *world, const situation_t *now,
                          angle_t shot, int32_t outside)
 {
-    angle_t behind = angle_wrap(shot + 2 * ANGLE_90);
     angle_t robot = angle_wrap(now->ball_direction - shot);
     int32_t cost = outside * COST_OUTSIDE + size_of(robot) / COST_WAY_DIVISOR;
 
-    if (angle_cos_q14(shot) < SHOT_COS_MIN_Q14 ||
-        !free_for_robot(ahead_x(now->ball_x_q4, behind, BEHIND_MM - 20),
-                        ahead_y(now->ball_y_q4, behind, BEHIND_MM - 20)))
+    if (angle_cos_q14(shot) < SHOT_COS_MIN_Q14 || !free_behind(now, shot, BEHIND_TIGHT_MM))
         return INT32_MAX;
+    if (!free_behind(now, shot, BEHIND_MIN_MM))
+        cost += COST_TIGHT;
     if (world->opponent.known)
         cost += blocked_cost(&world->opponent, now->ball_x_q4, now->ball_y_q4, shot);
     if (strategy->shot_known && size_of(angle_wrap(shot - strategy->shot)) > ANGLE_DEGREES(10))
@@ -206,9 +224,8 @@ static int32_t shot_cost(const strategy_t *strategy, const world_t *world, const
  * in the way, else the next best. */
 static void choose_shot(strategy_t *strategy, const world_t *world, const situation_t *now)
 {
-    int32_t to_line = PITCH_HALF_LENGTH_MM * 16 - now->ball_x_q4;
-    /* Near the line, and between the posts, the aim is a place inside the goal. */
-    int32_t goal_x = to_line > GOAL_INSIDE_MM * 16 ? to_line : GOAL_INSIDE_MM * 16;
+    int32_t ahead = (PITCH_HALF_LENGTH_MM + GOAL_INSIDE_MM) * 16 - now->ball_x_q4;
+    int32_t goal_x = ahead > GOAL_AIM_MIN_MM * 16 ? ahead : GOAL_AIM_MIN_MM * 16;
     angle_t middle = angle_of(goal_x, -now->ball_y_q4);
     angle_t left = angle_of(goal_x, GOAL_AIM_MM * 16 - now->ball_y_q4);
     angle_t right = angle_of(goal_x, -GOAL_AIM_MM * 16 - now->ball_y_q4);
@@ -263,30 +280,31 @@ static void begin_turning(strategy_t *strategy, const world_t *world, angle_t to
     strategy->turn = angle_wrap(towards - pose.heading) >= 0 ? 1 : -1;
 }
 
-/* Choose a place to look from: to the side of the opponent, behind whom the ball may be. Never
+/* A place to the side of the line to the opponent, if it is free and does not lead forward. */
+static int view_from_aside(strategy_t *strategy, const world_t *world, const pose_t *pose, int side)
+{
+    angle_t line = angle_of(world->opponent.x_q4 - pose->x_q4, world->opponent.y_q4 - pose->y_q4);
+    angle_t aside = angle_wrap(line + side * ANGLE_90);
+
+    strategy->view_x_q4 = ahead_x(pose->x_q4, aside, RELOCATE_ASIDE_MM);
+    strategy->view_y_q4 = ahead_y(pose->y_q4, aside, RELOCATE_ASIDE_MM);
+    return angle_cos_q14(aside) < RELOCATE_COS_MAX_Q14 &&
+           free_for_robot(strategy->view_x_q4, strategy->view_y_q4);
+}
+
+/* Choose a place to look from: to the side of the opponent, behind whom the ball may be. Hardly
  * forward in the field: an unseen ball in the way must not end up in the opponent's goal. */
 static void choose_viewpoint(strategy_t *strategy, const world_t *world)
 {
     pose_t pose;
-    angle_t aside;
 
     odometry_pose(&world->odometry, &pose);
     strategy->side = (int8_t)-strategy->side;
+    if (world->opponent.known && (view_from_aside(strategy, world, &pose, strategy->side) ||
+                                  view_from_aside(strategy, world, &pose, -strategy->side)))
+        return;
     strategy->view_x_q4 = pose.x_q4 < RELOCATE_X_MM * 16 ? pose.x_q4 : RELOCATE_X_MM * 16;
     strategy->view_y_q4 = strategy->side * RELOCATE_Y_MM * 16;
-    if (!world->opponent.known)
-        return;
-    aside = angle_wrap(
-        angle_of(world->opponent.x_q4 - pose.x_q4, world->opponent.y_q4 - pose.y_q4) + ANGLE_90);
-    /* Of both sides the one that leads backwards. */
-    if (angle_cos_q14(aside) > 0)
-        aside = angle_wrap(aside + 2 * ANGLE_90);
-    strategy->view_x_q4 = ahead_x(pose.x_q4, aside, RELOCATE_ASIDE_MM);
-    strategy->view_y_q4 = ahead_y(pose.y_q4, aside, RELOCATE_ASIDE_MM);
-    if (size_of(strategy->view_y_q4) > FREE_Y_MM * 16 && strategy->view_x_q4 > -FREE_X_MM * 16) {
-        strategy->view_x_q4 = pose.x_q4;
-        strategy->view_y_q4 = 2 * pose.y_q4 - strategy->view_y_q4;
-    }
 }
 
 static void search(strategy_t *strategy, const world_t *world)
@@ -344,11 +362,42 @@ static void waypoint(const strategy_t *strategy, const situation_t *now, angle_t
     *y_q4 = ahead_y(now->ball_y_q4, from_ball, radius_mm);
 }
 
+/* May the robot go around the ball that way (1: `off` falls, -1: it grows) until it is behind? */
+static int way_is_free(const strategy_t *strategy, const world_t *world, const situation_t *now,
+                       int direction)
+{
+    int32_t left = direction > 0 ? (uint16_t)now->off : (uint16_t)-now->off;
+    int32_t x_q4;
+    int32_t y_q4;
+
+    for (left -= AROUND_CHECK; left > 0; left -= AROUND_CHECK) {
+        waypoint(strategy, now, angle_wrap(direction * left), AROUND_MM, &x_q4, &y_q4);
+        if (!free_for_robot(x_q4, y_q4))
+            return 0;
+        if (world->opponent.known && length_of(x_q4 - world->opponent.x_q4,
+                                               y_q4 - world->opponent.y_q4) < 2 * ROBOT_RADIUS * 16)
+            return 0;
+    }
+    return 1;
+}
+
+/* The shorter way around if it is free, else the other; a choice made is kept while it is free. */
+static void choose_way(strategy_t *strategy, const world_t *world, const situation_t *now)
+{
+    int8_t shorter = now->off >= 0 ? 1 : -1;
+
+    if (strategy->around != 0 && way_is_free(strategy, world, now, strategy->around))
+        return;
+    if (!way_is_free(strategy, world, now, shorter) && way_is_free(strategy, world, now, -shorter))
+        strategy->around = (int8_t)-shorter;
+    else
+        strategy->around = shorter;
+}
+
 static void approach(strategy_t *strategy, const world_t *world, const situation_t *now)
 {
     int32_t x_q4;
     int32_t y_q4;
-    int32_t direction = now->off >= 0 ? 1 : -1;
 
     if (now->along_mm > PUSH_ALONG_MIN_MM && now->along_mm < PUSH_ALONG_MAX_MM &&
         size_of(now->off) < PUSH_BEGIN_ANGLE) {
@@ -357,13 +406,12 @@ static void approach(strategy_t *strategy, const world_t *world, const situation
         return;
     }
     if (size_of(now->off) <= DIRECT_ANGLE) {
+        strategy->around = 0;
         waypoint(strategy, now, 0, BEHIND_MM, &x_q4, &y_q4);
     } else {
-        waypoint(strategy, now, angle_wrap(now->off - direction * AROUND_STEP), AROUND_MM, &x_q4,
-                 &y_q4);
-        if (!free_for_robot(x_q4, y_q4))
-            waypoint(strategy, now, angle_wrap(now->off + direction * AROUND_STEP), AROUND_MM,
-                     &x_q4, &y_q4);
+        choose_way(strategy, world, now);
+        waypoint(strategy, now, angle_wrap(now->off - strategy->around * AROUND_STEP), AROUND_MM,
+                 &x_q4, &y_q4);
     }
     drive_to(strategy, world, &now->pose, x_q4, y_q4, APPROACH_MM_S);
     if (strategy->state_ticks > APPROACH_TICKS)

@@ -36,6 +36,7 @@ typedef struct {
     uint16_t state_ticks; /* in this state; saturates */
     uint16_t stuck_ticks; /* wheels do not turn as told */
     int8_t turn;          /* 1 left, -1 right: of SEARCH, LOOK and BACK_OFF */
+    int8_t around;        /* way around the ball: 1, -1, 0 not chosen */
     int8_t escape;        /* of BACK_OFF: 1 forwards, -1 backwards */
     int8_t side;          /* of the next RELOCATE: 1 left, -1 right */
     uint8_t looked;       /* LOOK had its try */

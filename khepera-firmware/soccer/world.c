@@ -180,7 +180,11 @@ static void grow_old(object_t *object, const pose_t *pose)
 /* No robot drives through a wall: where odometry says so, the wheels slip. */
 static void stay_on_pitch(world_t *world)
 {
-    int32_t limit_x = (PITCH_HALF_LENGTH_MM - ROBOT_RADIUS + WALL_SLACK_MM) * 65536;
+    int32_t in_goal = world->odometry.y_q16 < GOAL_HALF_WIDTH_MM * 65536 &&
+                              world->odometry.y_q16 > -GOAL_HALF_WIDTH_MM * 65536
+                          ? GOAL_DEPTH_MM
+                          : 0;
+    int32_t limit_x = (PITCH_HALF_LENGTH_MM + in_goal - ROBOT_RADIUS + WALL_SLACK_MM) * 65536;
     int32_t limit_y = (PITCH_HALF_WIDTH_MM - ROBOT_RADIUS + WALL_SLACK_MM) * 65536;
     int32_t x = clamp(world->odometry.x_q16, -limit_x, limit_x);
     int32_t y = clamp(world->odometry.y_q16, -limit_y, limit_y);

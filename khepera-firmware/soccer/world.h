@@ -19,6 +19,7 @@
 #define PITCH_HALF_LENGTH_MM 525
 #define PITCH_HALF_WIDTH_MM  340
 #define GOAL_HALF_WIDTH_MM   150
+#define GOAL_DEPTH_MM        70
 #define BALL_RADIUS          34 /* mm, rounded up */
 #define ROBOT_RADIUS         30 /* mm, both robots */
 
