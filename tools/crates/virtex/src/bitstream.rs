@@ -554,6 +554,36 @@ mod tests {
     }
 
     #[test]
+    fn whatever_comes_there_is_an_answer() {
+        let mut state = 1_u64;
+        let mut random = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 33) as usize
+        };
+        let partial = make_partial(Function::Soccer, &Options::default());
+        for round in 0..3_000 {
+            // Noise that is synchronised, and a stream in which a few bytes are noise; both also
+            // behind the beginning of a .bit file.
+            let mut file = if round % 2 == 0 {
+                let noise = (0..random() % 300).map(|_| random() as u8);
+                SYNC_WORD.to_be_bytes().into_iter().chain(noise).collect()
+            } else {
+                let mut file = partial.clone();
+                for _ in 0..3 {
+                    file[random() % 60] = random() as u8;
+                }
+                file
+            };
+            if round % 3 == 0 {
+                file.splice(0..0, BIT_MAGIC);
+            }
+            if let Ok(summary) = check(&file) {
+                assert!(summary.counts.crc_checks > 0, "round {round}");
+            }
+        }
+    }
+
+    #[test]
     fn a_bit_file_survives() {
         let header = BitHeader {
             design: "soccer.ncd".to_owned(),

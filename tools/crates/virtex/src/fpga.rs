@@ -5,6 +5,8 @@
 //!
 //! Unconfigured, or with a design that the model does not know, the FPGA is a piece of plastic: it
 //! never asks for attention and whoever reads it reads ones.
+//!
+//! Not there yet: what the streaming pins show while STREAM = 1; only that they drive is known.
 
 use common_sys::constants::{
     FPGA_ID_VALUE, FPGA_REG_COUNT, FPGA_REG_FRAME_COUNT, FPGA_REG_FRAME_RATE, FPGA_REG_FUNCTION,
@@ -89,6 +91,7 @@ pub struct Fpga {
     coming: Option<(Ps, Wire)>,
     ready: Option<Wire>,
     transfer: Option<Transfer>,
+    delivered: Vec<Wire>,
     spi: Spi,
 }
 
@@ -105,6 +108,7 @@ impl Fpga {
             coming: None,
             ready: None,
             transfer: None,
+            delivered: Vec::new(),
             spi: Spi { miso: true, ..Spi::default() },
         }
     }
@@ -198,11 +202,19 @@ impl Fpga {
         if let Some((address, value)) = received.and_then(|bytes| register_write_decode(&bytes)) {
             self.write_register(address, value);
         }
-        // A newer report that came meanwhile keeps its claim to attention.
-        if last && wire == self.ready {
-            self.ready = None;
+        if last {
+            self.delivered.extend(wire);
+            // A newer report that came meanwhile keeps its claim to attention.
+            if wire == self.ready {
+                self.ready = None;
+            }
         }
         wire.map_or(ones, |wire| u16::from_be_bytes([wire[at], wire[at + 1]]))
+    }
+
+    /// The reports that the base has read to their end since the last call.
+    pub fn take_reports(&mut self) -> Vec<[u8; REPORT_SIZE]> {
+        std::mem::take(&mut self.delivered)
     }
 
     /// Levels of the register port's pins (SPI mode 0). Call on every change.
@@ -406,6 +418,8 @@ mod tests {
         let report = read(&mut fpga, ready).expect("it is whole");
         assert!(fpga.attention(ready));
         assert_eq!(report.function, Function::Soccer.code());
+        assert_eq!(fpga.take_reports(), [report_encode(&report)]);
+        assert_eq!(fpga.take_reports().len(), 0);
         assert_eq!(report.sequence, 0);
         assert_eq!(report.delay, 4, "420 us");
         assert_eq!(report.flags & REPORT_FRAME_TORN as u16, REPORT_FRAME_TORN as u16);
@@ -430,6 +444,7 @@ mod tests {
         }
         fpga.select(now, false);
         assert!(!fpga.attention(now));
+        assert_eq!(fpga.take_reports().len(), 0);
         assert!(read(&mut fpga, now).is_some());
         assert!(fpga.attention(now));
     }
