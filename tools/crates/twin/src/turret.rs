@@ -11,12 +11,12 @@ use std::fmt;
 
 use common_sys::constants::{
     BOARD_PCS_TURRET, BOARD_TURRET_ATTENTION_IRQ, TURRET_CTL_CCLK, TURRET_CTL_FLASH_OE,
-    TURRET_CTL_FLASH_WE, TURRET_EEPROM_ADDRESS, TURRET_FLASH_BLOCK, TURRET_PA_FLASH_CE,
-    TURRET_PA_FPGA_CS, TURRET_PA_PROG, TURRET_PA_SPI_SS, TURRET_PC_SPI_MISO, TURRET_PC_SPI_MOSI,
-    TURRET_PC_SPI_SCK, TURRET_PE_ADDRESS_MASK, TURRET_RDY_DONE, TURRET_RDY_FLASH, TURRET_RDY_INIT,
+    TURRET_CTL_FLASH_WE, TURRET_FLASH_BLOCK, TURRET_PA_FLASH_CE, TURRET_PA_FPGA_CS, TURRET_PA_PROG,
+    TURRET_PA_SPI_SS, TURRET_PC_SPI_MISO, TURRET_PC_SPI_MOSI, TURRET_PC_SPI_SCK,
+    TURRET_PE_ADDRESS_MASK, TURRET_RDY_DONE, TURRET_RDY_FLASH, TURRET_RDY_INIT,
 };
+use common_sys::link::REPORT_SIZE;
 use fx2::eeprom::Eeprom;
-use fx2::image::ImageError;
 use fx2::pins::{Board, Driven, Sensed};
 use khepera::turret_bus::TurretBus;
 use sim::{Ps, US};
@@ -104,13 +104,9 @@ pub struct Turret {
 }
 
 impl Turret {
-    /// At power-on, time 0. `eeprom` is the beginning of the boot EEPROM's content.
-    ///
-    /// # Errors
-    /// If it is longer than the EEPROM.
-    pub fn new(flash: Flash, eeprom: &[u8]) -> Result<Self, ImageError> {
-        let eeprom = Eeprom::large(TURRET_EEPROM_ADDRESS as u8, eeprom)?;
-        Ok(Self::powered(flash, eeprom, 0))
+    /// At power-on, time 0.
+    pub fn new(flash: Flash, eeprom: Eeprom) -> Self {
+        Self::powered(flash, eeprom, 0)
     }
 
     fn powered(flash: Flash, eeprom: Eeprom, now: Ps) -> Self {
@@ -143,6 +139,11 @@ impl Turret {
     /// If an eye has not 320 * 240 pixels.
     pub fn frame(&mut self, frame: &Frame<'_>) {
         self.fpga.frame(frame);
+    }
+
+    /// The reports that the base has read to their end since the last call.
+    pub fn take_reports(&mut self) -> Vec<[u8; REPORT_SIZE]> {
+        self.fpga.take_reports()
     }
 
     /// When RY/BY#, INIT# or the attention line changes by itself next.
@@ -380,8 +381,8 @@ impl TurretBus for Turret {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use common_sys::constants::{FPGA_ID_VALUE, FPGA_REG_ID};
-    use common_sys::link::{REPORT_SIZE, report_decode};
+    use common_sys::constants::{FPGA_ID_VALUE, FPGA_REG_ID, TURRET_EEPROM_ADDRESS};
+    use common_sys::link::report_decode;
     use common_sys::vision::{HEIGHT, WIDTH};
     use sim::{Clock, MS};
     use virtex::bitstream::{Options, XCV300E_BYTES, make};
@@ -409,7 +410,8 @@ mod tests {
     impl Bench {
         /// Supplies have settled, all pins driven, everything deselected.
         fn new(flash: Flash, eeprom: &[u8]) -> Self {
-            let turret = Turret::new(flash, eeprom).expect("it fits");
+            let eeprom = Eeprom::large(TURRET_EEPROM_ADDRESS as u8, eeprom).expect("it fits");
+            let turret = Turret::new(flash, eeprom);
             let driven = Driven {
                 port: [0xFF, 0xFF, 0, 0, 0],
                 port_enable: [PROG | CE | CS | SS, 0, 0, 0xFF, 0x7F],
@@ -663,6 +665,7 @@ mod tests {
         }
         bench.turret.select(now, 0x0F);
         assert!(report_decode(&wire).is_some());
+        assert_eq!(bench.turret.take_reports(), [wire]);
         assert_eq!(bench.turret.irq_pins(now), 0xFF);
     }
 
