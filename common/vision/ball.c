@@ -24,9 +24,10 @@ typedef struct {
     const blob_t *blob;
     int16_t middle_q4; /* column */
     int16_t width_px;
-    int16_t row; /* of the centre */
     int16_t height_px;
-    uint8_t cut[2]; /* LEFT_END, RIGHT_END: beyond the border */
+    int16_t size_px; /* the larger of both: the diameter, unless a border cuts both */
+    int16_t row;     /* of the centre */
+    uint8_t cut[2];  /* LEFT_END, RIGHT_END: beyond the border */
 } candidate_t;
 
 /* The ends of the strip in the rows read again; NO_END where there is none. */
@@ -59,10 +60,17 @@ static int make_candidate(const blob_t *blob, candidate_t *c)
     c->blob = blob;
     c->width_px = (int16_t)(blob->last - blob->first + 1);
     c->height_px = (int16_t)(blob->bottom_row - blob->top_row + 1);
-    c->middle_q4 = (int16_t)(8 * (blob->first + blob->last));
+    c->size_px = c->width_px > c->height_px ? c->width_px : c->height_px;
     c->row = (int16_t)((blob->top_row + blob->bottom_row) / 2);
     c->cut[LEFT_END] = blob->first < BORDER_PX;
     c->cut[RIGHT_END] = blob->last >= CAMERA_WIDTH_PX - BORDER_PX;
+    /* A ball that a border cuts is as wide as it is high. */
+    if (c->cut[LEFT_END] && !c->cut[RIGHT_END])
+        c->middle_q4 = (int16_t)(16 * blob->last - 8 * (c->size_px - 1));
+    else if (c->cut[RIGHT_END] && !c->cut[LEFT_END])
+        c->middle_q4 = (int16_t)(16 * blob->first + 8 * (c->size_px - 1));
+    else
+        c->middle_q4 = (int16_t)(8 * (blob->first + blob->last));
     if (c->width_px < MIN_SIZE_PX || c->height_px < MIN_SIZE_PX)
         return 0;
     /* Half of its strips' place is filled, and it is not much wider than high or the reverse,
@@ -145,7 +153,7 @@ static int pair_score(const candidate_t *l, const candidate_t *r, int d_q4)
 
 static int single_score(const candidate_t *c)
 {
-    if (!touches_bottom(c) && !is_on_floor(c, disparity_of_width_q4(c->width_px)))
+    if (!touches_bottom(c) && !is_on_floor(c, disparity_of_width_q4(c->size_px)))
         return 0;
     return c->width_px;
 }
@@ -440,7 +448,7 @@ static void report_single(const candidate_t *c, int eye, uint8_t search_max, rep
 
     fill(report, c, c->width_px, confidence);
     report->flags |= eye == EYE_RIGHT ? REPORT_BALL_RIGHT_ONLY : REPORT_BALL_LEFT_ONLY;
-    if (touches_bottom(c) || disparity_of_width_q4(c->width_px) > 16 * search_max)
+    if (touches_bottom(c) || disparity_of_width_q4(c->size_px) > 16 * search_max)
         report->flags |= REPORT_BALL_CLIPPED;
 }
 

@@ -122,8 +122,11 @@ static int match_at(const band_t *band, int disparity, group_t *group, int32_t *
         a = 0;
     if (b >= CAMERA_WIDTH_PX)
         b = CAMERA_WIDTH_PX - 1;
-    if (b + disparity >= CAMERA_WIDTH_PX)
+    /* The left eye may see only a part of the body: half of it is enough. */
+    if (a + b + 2 * disparity > 2 * (CAMERA_WIDTH_PX - 1))
         return 0;
+    if (b + disparity >= CAMERA_WIDTH_PX)
+        b = CAMERA_WIDTH_PX - 1 - disparity;
     *cost = strip_cost(band, a, b, disparity);
     return 1;
 }
@@ -182,15 +185,15 @@ static int surface_disparity_q4(const band_t *band, const strip_match_t *match, 
     return used ? (int)((sum + used / 2) / used) : 16 * match->disparity;
 }
 
-/* 0..15: how much worse the second-best place of the strip is, and how alike the best. */
+/* 0..15: how much worse the second-best place of the strip is, against half its contrast if there
+ * is no second. */
 static uint8_t confidence(const strip_match_t *match, int contrast)
 {
-    int32_t second = match->second_cost < contrast ? match->second_cost : contrast;
-    int32_t level = contrast > 0 ? 15 * (second - match->cost) / contrast : 0;
+    int32_t second = match->second_cost == MAX_COST ? contrast / 2 : match->second_cost;
 
-    if (level < 1)
-        level = 1;
-    return (uint8_t)(level * 2 > 15 ? 15 : level * 2);
+    if (second <= match->cost)
+        return 1;
+    return (uint8_t)(1 + 14 * (second - match->cost) / second);
 }
 
 static void fill(const band_t *band, const strip_match_t *match, report_t *report,
