@@ -7,7 +7,7 @@ use crate::gpif::{Gpif, Transaction};
 use crate::i2c::I2c;
 use crate::interrupts::{Interrupts, fifo, usb};
 use crate::pins::{Board, Driven};
-use crate::ports::{IFCFG_SLAVE, PORTACFG_INT0, PORTACFG_INT1, Ports};
+use crate::ports::{PORTACFG_INT0, PORTACFG_INT1, Ports};
 use crate::regs::{sfr, xdata};
 use crate::time::{IfClock, NEVER, Tick, tick_to_ps};
 use crate::timers::Timers;
@@ -403,7 +403,7 @@ impl Chip {
                 Some((index, offset)) => self.eps[index].read(offset),
                 None => self.reserved_read(address),
             },
-            0xE000.. => self.reserved_read(address),
+            0xE200..0xF000 => self.reserved_read(address),
             _ => self.external_read(address),
         }
     }
@@ -432,7 +432,7 @@ impl Chip {
                 Some((index, offset)) => self.eps[index].write(offset, value),
                 None => self.not_modelled(address, "reserved memory"),
             },
-            0xE000.. => self.not_modelled(address, "reserved memory"),
+            0xE200..0xF000 => self.not_modelled(address, "reserved memory"),
             _ => self.external_write(address, value),
         }
     }
@@ -987,12 +987,12 @@ impl Chip {
             sfr::AUTOPTRH2 => self.set_autopointer(1, 0xFF00, u16::from(value) << 8),
             sfr::AUTOPTRL2 => self.set_autopointer(1, 0x00FF, u16::from(value)),
             sfr::INT2CLR => {
-                let vector = self.int.usb_vector();
-                self.int.clear_usb(1 << (vector / 4));
+                let pending = self.int.usb_irq & self.int.usb_ie;
+                self.int.clear_usb(pending & pending.wrapping_neg());
             }
             sfr::INT4CLR => {
-                let vector = self.int.fifo_vector();
-                self.int.clear_fifo(1 << (vector / 4 & 0x1F));
+                let pending = self.int.fifo_irq & self.int.fifo_ie;
+                self.int.clear_fifo(pending & pending.wrapping_neg());
             }
             sfr::AUTOPTRSETUP => self.autopointer_setup = value & 7,
             sfr::OEA..=sfr::OEE => self.ports.enable[usize::from(address - sfr::OEA)] = value,
@@ -1060,11 +1060,6 @@ impl Chip {
             2 => ep.fifo_empty_flag() == (polarity & 2 != 0),
             _ => true,
         }
-    }
-
-    /// Whether the interface is a slave FIFO.
-    pub(crate) fn is_slave(&self) -> bool {
-        self.ifcfg() == IFCFG_SLAVE
     }
 }
 

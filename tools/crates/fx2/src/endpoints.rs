@@ -447,6 +447,29 @@ impl Endpoint {
         true
     }
 
+    /// As many transfers of `words` as fit, like [`Self::fifo_write`] for each; returns their number.
+    pub(crate) fn fifo_write_words(&mut self, words: &[u16]) -> usize {
+        let mut done = 0;
+        while done < words.len() && !self.fifo_full() {
+            let Some(buffer) = self.idle.first() else { break };
+            let limit = self.fill_limit();
+            let room = limit.saturating_sub(self.position) / 2;
+            // All but the last word of a buffer go without ceremony; that one hands it over.
+            let plain =
+                if self.word_wide() { room.saturating_sub(2).min(words.len() - done) } else { 0 };
+            let slot = &mut self.buffers[usize::from(buffer)].data;
+            for word in &words[done..done + plain] {
+                slot[self.position..self.position + 2].copy_from_slice(&word.to_le_bytes());
+                self.position += 2;
+            }
+            done += plain;
+            if plain == 0 && self.fifo_write(words[done]) {
+                done += 1;
+            }
+        }
+        done
+    }
+
     /// The next transfer of an OUT FIFO without taking it; `None` = empty.
     pub(crate) fn fifo_peek(&self) -> Option<u16> {
         let buffer = &self.buffers[usize::from(self.fifo.first()?)];

@@ -180,7 +180,7 @@ impl Chip {
     /// Runs all edges up to and including `limit`. Returns early, with the time of the edge, when an
     /// interrupt was requested.
     pub(crate) fn gpif_run(&mut self, limit: Ps, board: &mut dyn Board) -> Option<Ps> {
-        let Some(mut run) = self.gpif.run else { return None };
+        let mut run = self.gpif.run?;
         let clock = self.ifclock();
         while run.at <= limit {
             let at = run.at;

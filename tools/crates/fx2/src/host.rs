@@ -2,7 +2,7 @@
 //! simulated time. Deterministic; every wait has an end.
 
 use crate::{Fx2, InReply, OutReply, PACKET_MAX, Speed};
-use sim::{MS, NS, Ps, US};
+use sim::{MS, Ps, US};
 use thiserror::Error;
 
 /// A bus reset lasts this long (USB 2.0, 7.1.7.5: at least 10 ms at a root port).
@@ -12,13 +12,22 @@ const RECOVERY_TIME: Ps = 10 * MS;
 /// A device must have been attached this long before its reset (USB 2.0, 7.1.7.3).
 const DEBOUNCE_TIME: Ps = 100 * MS;
 const ATTACH_POLL_TIME: Ps = 100 * US;
-/// A token that got NAK is repeated after this time.
-const RETRY_TIME: Ps = 5 * US;
-/// Bus time of a packet besides its data, high speed: token, sync, CRC, turn-around, handshake.
-const OVERHEAD_BYTES: u64 = 55;
-/// Nanoseconds of a byte at high and full speed, rounded up.
-const HIGH_SPEED_BYTE: Ps = 17 * NS;
-const FULL_SPEED_BYTE: Ps = 667 * NS;
+/// Data of a transaction that got NAK, in byte times: none.
+const NAK_BYTES: usize = 0;
+/// Most bulk packets of 512 bytes that fit into a microframe (USB 2.0, table 5-10).
+pub const PACKETS_PER_MICROFRAME: u8 = 13;
+
+/// How one speed shares its time out (USB 2.0, tables 5-9 and 5-10): frames of so many byte times,
+/// and what a bulk transaction takes besides its data.
+#[derive(Clone, Copy, Debug)]
+struct Frame {
+    time: Ps,
+    bytes: u64,
+    overhead: u64,
+}
+
+const MICROFRAME: Frame = Frame { time: 125 * US, bytes: 7500, overhead: 55 };
+const FRAME: Frame = Frame { time: MS, bytes: 1500, overhead: 13 };
 
 /// Where the chip lives: lets the host hold it and pass time.
 pub trait Link {
@@ -136,6 +145,14 @@ pub struct Host {
     /// Longest time for one transfer.
     budget: Ps,
     allow_high_speed: bool,
+    /// The end of the last reset: frames are counted from here.
+    epoch: Ps,
+    /// Byte times used in the frame with this number.
+    frame: u64,
+    used: u64,
+    packets: u8,
+    /// Most packets with data in a frame.
+    packet_limit: u8,
 }
 
 impl Default for Host {
@@ -154,6 +171,11 @@ impl Host {
             toggle_out: 0,
             budget: 1000 * MS,
             allow_high_speed: true,
+            epoch: 0,
+            frame: 0,
+            used: 0,
+            packets: 0,
+            packet_limit: PACKETS_PER_MICROFRAME,
         }
     }
 
@@ -166,6 +188,12 @@ impl Host {
     /// Changes the time that a transfer may take.
     pub fn set_budget(&mut self, budget: Ps) {
         self.budget = budget;
+    }
+
+    /// Lets at most `limit` (1..=13) packets with data into a microframe: a host controller that is
+    /// busy with others, or a poor one.
+    pub fn set_packet_limit(&mut self, limit: u8) {
+        self.packet_limit = limit.clamp(1, PACKETS_PER_MICROFRAME);
     }
 
     /// Waits for a device, resets it, reads its descriptors, gives it address 1 and configuration 1
@@ -229,6 +257,7 @@ impl Host {
         self.speed = if high { Speed::High } else { Speed::Full };
         (self.toggle_in, self.toggle_out) = (0, 0);
         link.fx2().usb_reset_done(self.speed);
+        (self.epoch, self.frame, self.used, self.packets) = (link.fx2().now(), 0, 0, 0);
         self.pass(link, RECOVERY_TIME);
     }
 
@@ -364,17 +393,29 @@ impl Host {
         if link.fx2().now() >= end {
             return Err(HostError::Timeout(self.budget / MS));
         }
-        self.pass(link, RETRY_TIME);
+        self.packet_time(link, NAK_BYTES);
         Ok(())
     }
 
-    /// The bus is busy with a packet of `length` bytes.
-    fn packet_time(&self, link: &mut impl Link, length: usize) {
-        let byte = match self.speed {
-            Speed::Full => FULL_SPEED_BYTE,
-            Speed::High => HIGH_SPEED_BYTE,
+    /// The bus is busy with a transaction of `length` data bytes. One that does not fit into the
+    /// present frame is put off to the next.
+    fn packet_time(&mut self, link: &mut impl Link, length: usize) {
+        let (frame, limit) = match self.speed {
+            Speed::Full => (FRAME, u8::MAX),
+            Speed::High => (MICROFRAME, self.packet_limit),
         };
-        self.pass(link, (length as u64 + OVERHEAD_BYTES) * byte);
+        let need = length as u64 + frame.overhead;
+        let now = (link.fx2().now() - self.epoch) / frame.time;
+        if now > self.frame {
+            (self.frame, self.used, self.packets) = (now, 0, 0);
+        }
+        if self.used + need > frame.bytes || length > 0 && self.packets >= limit {
+            (self.frame, self.used, self.packets) = (self.frame + 1, 0, 0);
+        }
+        self.used += need;
+        self.packets += u8::from(length > 0);
+        let over = self.frame * frame.time + self.used * frame.time / frame.bytes;
+        link.run_until(self.epoch + over);
     }
 
     fn pass(&self, link: &mut impl Link, time: Ps) {

@@ -35,6 +35,7 @@ mod interrupts;
 pub mod pins;
 mod ports;
 pub mod regs;
+pub mod slave;
 mod time;
 mod timers;
 mod uart;

@@ -8,9 +8,6 @@ pub(crate) type Tick = u64;
 /// No event.
 pub(crate) const NEVER: Tick = u64::MAX;
 
-/// Ticks in a microsecond.
-pub(crate) const TICKS_PER_US: Tick = 48;
-
 /// Time of a tick: floor(tick * 10^12 / 48 MHz). Good for 71 days.
 pub(crate) const fn tick_to_ps(tick: Tick) -> Ps {
     tick * 62_500 / 3

@@ -6,7 +6,6 @@ use std::collections::VecDeque;
 const RI: u8 = 0x01;
 const TI: u8 = 0x02;
 const RB8: u8 = 0x04;
-const TB8: u8 = 0x08;
 const REN: u8 = 0x10;
 const SM2: u8 = 0x20;
 
@@ -91,12 +90,6 @@ impl Uart {
             self.scon = self.scon & !RB8 | RI | if ninth { RB8 } else { 0 };
         }
     }
-
-    /// The ninth bit of what is sent, in modes 2 and 3.
-    #[cfg(test)]
-    fn ninth_bit(&self) -> bool {
-        self.scon & TB8 != 0
-    }
 }
 
 #[cfg(test)]
@@ -111,7 +104,7 @@ mod tests {
         uart.service(5099, None);
         assert!(!uart.requests());
         uart.service(5100, None);
-        assert!(uart.requests() && !uart.ninth_bit());
+        assert!(uart.requests());
         assert_eq!(uart.take_sent(), b"x");
     }
 
