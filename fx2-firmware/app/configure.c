@@ -6,6 +6,7 @@
 #include "drivers/clock.h"
 #include "drivers/compiler.h"
 #include "drivers/flash_bus.h"
+#include "drivers/flash_stream.h"
 #include "drivers/fpga_port.h"
 
 /* The longest anything may take. The flash may still be erasing from before a reset of the FX2; the
@@ -33,7 +34,6 @@ static uint8_t state = AT_REST; /* state_t */
 static uint16_t entered;        /* clock_ticks() when this state began */
 static XDATA config_status_t outcome;
 static XDATA stored_bitstream_t bitstream;
-static uint16_t next_block;  /* of the flash */
 static uint16_t full_blocks; /* left to clock into the FPGA */
 static uint16_t tail_bytes;  /* after them, 0..511 */
 
@@ -50,7 +50,7 @@ static uint8_t expired(uint16_t limit_ticks)
 
 static void finish(uint8_t result)
 {
-    flash_bus_stream_end();
+    flash_stream_end();
     fpga_port_select(0);
     flash_bus_release();
     outcome.result = result;
@@ -105,7 +105,6 @@ static void find_slot(void)
         finish(CONFIG_BAD_SLOT);
         return;
     }
-    next_block = bitstream.block;
     full_blocks = (uint16_t)(bitstream.length / TURRET_FLASH_BLOCK);
     tail_bytes = (uint16_t)bitstream.length % TURRET_FLASH_BLOCK;
     fpga_port_program(1);
@@ -127,7 +126,7 @@ static void await_init_high(void)
 {
     if (fpga_port_init_level()) {
         fpga_port_select(1);
-        flash_bus_stream_begin();
+        flash_stream_begin(bitstream.block);
         enter(STREAM);
     } else if (expired(INIT_RISE_TICKS)) {
         fail(CONFIG_NO_INIT);
@@ -139,13 +138,12 @@ static void stream(void)
     uint8_t burst = full_blocks < BURST_BLOCKS ? (uint8_t)full_blocks : BURST_BLOCKS;
 
     if (burst != 0) {
-        if (!flash_bus_stream_blocks(next_block, burst))
+        if (!flash_stream_blocks(burst, TURRET_FLASH_BLOCK))
             fail(CONFIG_BUS_STUCK);
         else if (!fpga_port_init_level())
             fail(CONFIG_CRC_ERROR);
-        next_block += burst;
         full_blocks -= burst;
-    } else if (tail_bytes != 0 && !flash_bus_stream_tail(next_block, tail_bytes)) {
+    } else if (tail_bytes != 0 && !flash_stream_blocks(1, tail_bytes)) {
         fail(CONFIG_BUS_STUCK);
     } else {
         tail_bytes = 0;

@@ -34,7 +34,8 @@ enum { FEATURE_ENDPOINT_HALT = 0, STATUS_SELF_POWERED = 1 };
 static uint8_t configuration; /* 0 = not configured */
 static XDATA uint8_t reply[CONFIG_STATUS_SIZE];
 
-/* The handlers below answer and return 1, or return 0 for a request to be refused. */
+/* The handlers below answer and return 1, or return 0 for a request to be refused. What the table
+ * at the end demands of a request, they need not look at. */
 
 static uint8_t answer(const XDATA uint8_t *data, uint16_t length)
 {
@@ -53,25 +54,10 @@ static uint8_t answer_byte(uint8_t value)
     return answer(reply, 1);
 }
 
-/* The end of a request that carries no data. */
 static uint8_t acknowledge(void)
 {
-    if (usb_setup.length != 0)
-        return 0;
     usb_control_acknowledge();
     return 1;
-}
-
-/* Interface 0 is there once the device is configured. */
-static uint8_t interface_exists(void)
-{
-    return configuration != 0 && usb_setup.index == 0;
-}
-
-/* Endpoint 0, in either direction, is the only one. */
-static uint8_t endpoint_exists(void)
-{
-    return (usb_setup.index & 0xFF7Fu) == 0;
 }
 
 static uint8_t get_descriptor(void)
@@ -84,8 +70,6 @@ static uint8_t get_descriptor(void)
 
 static uint8_t answer_status(uint8_t status)
 {
-    if (usb_setup.value != 0)
-        return 0;
     reply[0] = status;
     reply[1] = 0;
     return answer(reply, 2);
@@ -93,77 +77,86 @@ static uint8_t answer_status(uint8_t status)
 
 static uint8_t get_device_status(void)
 {
-    return usb_setup.index == 0 && answer_status(STATUS_SELF_POWERED);
+    return answer_status(STATUS_SELF_POWERED);
 }
 
-static uint8_t get_interface_status(void)
+/* Of the interface, and of endpoint 0, which never halts. */
+static uint8_t get_other_status(void)
 {
-    return interface_exists() && answer_status(0);
-}
-
-static uint8_t get_endpoint_status(void)
-{
-    return endpoint_exists() && answer_status(0);
-}
-
-/* Endpoint 0 never halts, so there is nothing to clear; to halt it would be of no use. */
-static uint8_t clear_endpoint_feature(void)
-{
-    return usb_setup.value == FEATURE_ENDPOINT_HALT && endpoint_exists() && acknowledge();
+    return answer_status(0);
 }
 
 static uint8_t get_configuration(void)
 {
-    return usb_setup.value == 0 && usb_setup.index == 0 && answer_byte(configuration);
+    return answer_byte(configuration);
 }
 
 static uint8_t set_configuration(void)
 {
-    if (usb_setup.value > USB_CONFIGURATION_VALUE || usb_setup.index != 0)
-        return 0;
-    if (!acknowledge())
+    if (usb_setup.value > USB_CONFIGURATION_VALUE)
         return 0;
     configuration = (uint8_t)usb_setup.value;
-    return 1;
+    return acknowledge();
 }
 
 /* Interface 0 has but its alternate setting 0. */
 static uint8_t get_interface(void)
 {
-    return interface_exists() && usb_setup.value == 0 && answer_byte(0);
-}
-
-static uint8_t set_interface(void)
-{
-    return interface_exists() && usb_setup.value == 0 && acknowledge();
+    return answer_byte(0);
 }
 
 static uint8_t config_status(void)
 {
-    if (usb_setup.value != 0 || usb_setup.index != 0 || usb_setup.length < CONFIG_STATUS_SIZE)
+    if (usb_setup.length < CONFIG_STATUS_SIZE)
         return 0;
     config_status_encode(configure_status(), reply);
     return answer(reply, CONFIG_STATUS_SIZE);
 }
 
-/* Every request we know. Those without a data stage end in acknowledge(). */
+/* What a request must be like. */
+enum {
+    VALUE_0 = 0x01,    /* wValue = 0 */
+    INDEX_0 = 0x02,    /* wIndex = 0: the device, or interface 0 */
+    ENDPOINT_0 = 0x04, /* wIndex names endpoint 0, in either direction: there is no other */
+    NO_DATA = 0x08,    /* wLength = 0 */
+    CONFIGURED = 0x10  /* the device is configured: only then there is an interface */
+};
+
+/* Every request we know. To halt endpoint 0 would be of no use, to end its halt does no harm. */
 static const CODE struct {
     uint8_t type;
     uint8_t number;
+    uint8_t demands;
     uint8_t (*handle)(void);
 } requests[] = {
-    {FROM_DEVICE, GET_DESCRIPTOR, get_descriptor},
-    {FROM_DEVICE, GET_CONFIGURATION, get_configuration},
-    {FROM_DEVICE, GET_STATUS, get_device_status},
-    {FROM_INTERFACE, GET_STATUS, get_interface_status},
-    {FROM_INTERFACE, GET_INTERFACE, get_interface},
-    {FROM_ENDPOINT, GET_STATUS, get_endpoint_status},
-    {TO_DEVICE, SET_CONFIGURATION, set_configuration},
-    {TO_INTERFACE, SET_INTERFACE, set_interface},
-    {TO_ENDPOINT, CLEAR_FEATURE, clear_endpoint_feature},
-    {VENDOR_FROM_DEVICE, REQUEST_CONFIG_STATUS, config_status},
+    {FROM_DEVICE, GET_DESCRIPTOR, 0, get_descriptor},
+    {FROM_DEVICE, GET_CONFIGURATION, VALUE_0 | INDEX_0, get_configuration},
+    {FROM_DEVICE, GET_STATUS, VALUE_0 | INDEX_0, get_device_status},
+    {FROM_INTERFACE, GET_STATUS, VALUE_0 | INDEX_0 | CONFIGURED, get_other_status},
+    {FROM_INTERFACE, GET_INTERFACE, VALUE_0 | INDEX_0 | CONFIGURED, get_interface},
+    {FROM_ENDPOINT, GET_STATUS, VALUE_0 | ENDPOINT_0, get_other_status},
+    {TO_DEVICE, SET_CONFIGURATION, INDEX_0 | NO_DATA, set_configuration},
+    {TO_INTERFACE, SET_INTERFACE, VALUE_0 | INDEX_0 | NO_DATA | CONFIGURED, acknowledge},
+    {TO_ENDPOINT, CLEAR_FEATURE, VALUE_0 /* ENDPOINT_HALT */ | ENDPOINT_0 | NO_DATA, acknowledge},
+    {VENDOR_FROM_DEVICE, REQUEST_CONFIG_STATUS, VALUE_0 | INDEX_0, config_status},
 };
 #define REQUEST_COUNT (sizeof requests / sizeof requests[0])
+
+/* Those of the demands that the request does not meet. */
+static uint8_t unmet(uint8_t demands)
+{
+    if (usb_setup.value == 0)
+        demands &= (uint8_t)~VALUE_0;
+    if (usb_setup.index == 0)
+        demands &= (uint8_t)~INDEX_0;
+    if ((usb_setup.index & 0xFF7Fu) == 0)
+        demands &= (uint8_t)~ENDPOINT_0;
+    if (usb_setup.length == 0)
+        demands &= (uint8_t)~NO_DATA;
+    if (configuration != 0)
+        demands &= (uint8_t)~CONFIGURED;
+    return demands;
+}
 
 static uint8_t handle_request(void)
 {
@@ -171,7 +164,7 @@ static uint8_t handle_request(void)
 
     for (i = 0; i < REQUEST_COUNT; i++) {
         if (requests[i].type == usb_setup.type && requests[i].number == usb_setup.number)
-            return requests[i].handle();
+            return unmet(requests[i].demands) == 0 && requests[i].handle();
     }
     return 0;
 }

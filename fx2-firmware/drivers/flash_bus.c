@@ -53,32 +53,3 @@ uint8_t flash_bus_ready(void)
 {
     return (gpif_ready_pins() >> TURRET_RDY_FLASH) & 1u;
 }
-
-void flash_bus_stream_begin(void)
-{
-    gpif_stream_begin();
-}
-
-void flash_bus_stream_end(void)
-{
-    gpif_stream_end();
-}
-
-uint8_t flash_bus_stream_blocks(uint16_t block, uint8_t count)
-{
-    do {
-        /* What set_block() does, without a call: this is the time between two blocks. */
-        IOD = (uint8_t)block;
-        IOE = (uint8_t)(block >> 8);
-        block++;
-        if (!gpif_stream_block(TURRET_FLASH_BLOCK))
-            return 0;
-    } while (--count);
-    return 1;
-}
-
-uint8_t flash_bus_stream_tail(uint16_t block, uint16_t length)
-{
-    set_block(block);
-    return gpif_stream_block(length);
-}

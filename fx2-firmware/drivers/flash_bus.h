@@ -27,15 +27,4 @@ void flash_bus_write(uint16_t block, uint16_t offset, uint8_t value);
 /* RY/BY#: 1 = ready, 0 = erasing or programming. Without a flash: 1 (pull-up). */
 uint8_t flash_bus_ready(void);
 
-/* Stream from the flash into the FPGA, whose chip select the caller holds: begin, blocks, end. */
-void flash_bus_stream_begin(void);
-void flash_bus_stream_end(void);
-
-/* Stream `count` (1..255) whole blocks from block `block` on, and wait until they are over: 57 us
- * for each. Returns 1, or 0 if one did not end in time. */
-uint8_t flash_bus_stream_blocks(uint16_t block, uint8_t count);
-
-/* Stream the first `length` bytes (1..511) of block `block`: the last before the end. */
-uint8_t flash_bus_stream_tail(uint16_t block, uint16_t length);
-
 #endif

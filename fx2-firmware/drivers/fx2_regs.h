@@ -9,7 +9,9 @@
 
 #include <stdint.h>
 
-#define XREG(address) (*(volatile __xdata uint8_t *)(address))
+#define XREG(address)     (*(volatile __xdata uint8_t *)(address))
+/* The address of one of the registers below, for tables. */
+#define XREG_ADDRESS(reg) ((uint16_t) & (reg))
 
 /* ---- Special function registers ---- */
 __sfr __at(0x80) IOA;
@@ -130,6 +132,15 @@ __sbit __at(0xAF) EA;
 #define GPIFREADYCFG_TCXRDY5 0x20u /* ready input 5 = transaction count expired */
 #define GPIFREADYSTAT        XREG(0xE6F4)
 #define GPIFABORT            XREG(0xE6F5)
+
+/* A register and what to set it to: start-up tables take half the room of assignments. */
+typedef struct {
+    uint16_t at;
+    uint8_t value;
+} register_value_t;
+
+/* Set `count` registers one after the other, with SYNCDELAY between them. In registers.c. */
+void registers_set(const __code register_value_t *table, uint8_t count);
 
 /* Some registers need a pause before the next access to one of them (TRM 15.14): ceil(1.5 *
  * (Tifclk / Tclkout + 1)) cycles, which are 3 with both clocks at 48 MHz. */

@@ -2,12 +2,7 @@
 
 #include "board/turret.h"
 #include "drivers/fx2_regs.h"
-
-/* Levels of CTL[5:0] (GPIFCTLCFG = 0: always driven). */
-#define CCLK (1u << TURRET_CTL_CCLK)
-#define OE_N (1u << TURRET_CTL_FLASH_OE)
-#define WE_N (1u << TURRET_CTL_FLASH_WE)
-#define REST (OE_N | WE_N)
+#include "drivers/gpif_ctl.h"
 
 /* Opcodes of a state, TRM table "GPIF waveform descriptors". */
 #define OP_DECIDE 0x01u /* the state lasts one period, then branches */
@@ -32,7 +27,7 @@ enum { WAVE_READ = 0, WAVE_WRITE = 1, WAVE_STREAM = 2, WAVE_BYTES = 32 };
  *
  * WRITE; states 1 + 3 + 1 + 1:
  *   address, data  stable from S0 on; WE# falls 1 T later (address set-up 0 ns)
- *   WE# low        3 T = 62.5 ns, less 6.7: >= 35 ns
+ *   WE# low        3 T = 62.5 ns, less 6.7: >= 45 ns
  *   data set-up    4 T - 11 = 72 ns before WE# rises: >= 45 ns
  *   data hold      S2, 1 T - 6.7 = 14 ns: >= 0 ns
  *
@@ -70,13 +65,6 @@ static const CODE uint8_t waveforms[3 * WAVE_BYTES] = {
  * GPIF should stand still all the same, waiting for it must end. */
 #define SINGLE_POLLS 32u
 
-/* 512 bytes take 640 CPU cycles, a poll takes 8: twice the time a block needs. */
-#define STREAM_POLLS 160u
-
-/* The FIFO that takes the stream's samples has four buffers of 512 bytes, one block each. */
-#define FIFO_BUFFERS 4u
-static uint8_t free_buffers;
-
 static void load_waveforms(void)
 {
     uint8_t i;
@@ -85,37 +73,35 @@ static void load_waveforms(void)
         GPIF_WAVEFORMS[i] = waveforms[i];
 }
 
+static const CODE register_value_t setup[] = {
+    {XREG_ADDRESS(GPIFABORT), 0xFF},
+    {XREG_ADDRESS(IFCONFIG), IFCONFIG_INTERNAL | IFCONFIG_48MHZ | IFCONFIG_OUTPUT | IFCONFIG_GPIF},
+    {XREG_ADDRESS(GPIFCTLCFG), 0},
+    {XREG_ADDRESS(GPIFIDLECS), 0}, /* FD floats while the GPIF is idle */
+    {XREG_ADDRESS(GPIFIDLECTL), REST},
+    /* RDY pins go through two flip-flops: they are asynchronous. */
+    {XREG_ADDRESS(GPIFREADYCFG), GPIFREADYCFG_TCXRDY5},
+    {XREG_ADDRESS(GPIFWFSELECT),
+     (WAVE_WRITE << 6) | (WAVE_READ << 4) | (WAVE_STREAM << 2) | WAVE_STREAM},
+    {XREG_ADDRESS(FLOWSTATE), 0},
+    /* Address pins. */
+    {XREG_ADDRESS(PORTCCFG), 0xFF},
+    {XREG_ADDRESS(PORTECFG), PORTECFG_GPIFA8},
+    /* WORDWIDE = 0 in all four, or port D would be FD[15:8]. */
+    {XREG_ADDRESS(EP2FIFOCFG), 0},
+    {XREG_ADDRESS(EP4FIFOCFG), 0},
+    {XREG_ADDRESS(EP6FIFOCFG), 0},
+    {XREG_ADDRESS(EP8FIFOCFG), 0},
+    /* EP6 is the FIFO that takes the stream's samples. It is never committed to USB. */
+    {XREG_ADDRESS(EP6CFG), EPCFG_VALID | EPCFG_IN | EPCFG_BULK | EPCFG_QUAD},
+    {XREG_ADDRESS(EP6GPIFPFSTOP), 0}, /* the count ends a transaction, not the FIFO's flag */
+};
+
 void gpif_init(void)
 {
-    GPIFABORT = 0xFF;
-    IFCONFIG = IFCONFIG_INTERNAL | IFCONFIG_48MHZ | IFCONFIG_OUTPUT | IFCONFIG_GPIF;
-    SYNCDELAY();
-    GPIFCTLCFG = 0;
-    GPIFIDLECS = 0; /* FD floats while the GPIF is idle */
-    GPIFIDLECTL = REST;
-    GPIFREADYCFG =
-        GPIFREADYCFG_TCXRDY5; /* RDY pins go through two flip-flops: they are asynchronous */
-    GPIFWFSELECT = (WAVE_WRITE << 6) | (WAVE_READ << 4) | (WAVE_STREAM << 2) | WAVE_STREAM;
-    FLOWSTATE = 0;
+    registers_set(setup, sizeof setup / sizeof setup[0]);
     load_waveforms();
-
-    /* Address pins. */
-    PORTCCFG = 0xFF;
     OEC = 0xFF;
-    PORTECFG = PORTECFG_GPIFA8;
-
-    /* EP6 as the FIFO that takes the stream's samples. It is never committed to USB. WORDWIDE = 0
-     * in all four, or port D would be FD[15:8]. */
-    SYNCDELAY();
-    EP2FIFOCFG = 0;
-    SYNCDELAY();
-    EP4FIFOCFG = 0;
-    SYNCDELAY();
-    EP6FIFOCFG = 0;
-    SYNCDELAY();
-    EP8FIFOCFG = 0;
-    EP6CFG = EPCFG_VALID | EPCFG_IN | EPCFG_BULK | EPCFG_QUAD;
-    EP6GPIFPFSTOP = 0; /* the count ends a transaction, not the FIFO's flag */
 }
 
 void gpif_set_offset(uint16_t offset)
@@ -157,63 +143,6 @@ void gpif_write(uint8_t value)
 {
     GPIFSGLDATLX = value;
     wait_single();
-}
-
-static void discard_samples(void)
-{
-    FIFORESET = FIFORESET_NAKALL;
-    SYNCDELAY();
-    FIFORESET = FIFORESET_NAKALL | 6;
-    SYNCDELAY();
-    FIFORESET = 0;
-    SYNCDELAY();
-    free_buffers = FIFO_BUFFERS;
-}
-
-/* The count's upper and lowest bytes are 0 whenever a block begins: it has just expired. */
-static void clear_count(void)
-{
-    GPIFTCB3 = 0;
-    SYNCDELAY();
-    GPIFTCB2 = 0;
-    SYNCDELAY();
-    GPIFTCB0 = 0;
-    SYNCDELAY();
-}
-
-void gpif_stream_begin(void)
-{
-    gpif_set_offset(0);
-    clear_count();
-    discard_samples();
-    GPIFIDLECTL = WE_N;
-}
-
-void gpif_stream_end(void)
-{
-    GPIFIDLECTL = REST;
-}
-
-uint8_t gpif_stream_block(uint16_t length)
-{
-    uint8_t polls = STREAM_POLLS;
-
-    if (free_buffers == 0)
-        discard_samples();
-    free_buffers--;
-    GPIFTCB1 = (uint8_t)(length >> 8);
-    SYNCDELAY();
-    if ((uint8_t)length != 0) {
-        GPIFTCB0 = (uint8_t)length;
-        SYNCDELAY();
-    }
-    GPIFTRIG = GPIFTRIG_READ | GPIFTRIG_EP6;
-    do {
-        if (GPIFTRIG & GPIFTRIG_DONE)
-            return 1;
-    } while (--polls);
-    GPIFABORT = 0xFF;
-    return 0;
 }
 
 uint8_t gpif_ready_pins(void)

@@ -26,19 +26,23 @@ ISR(usb_isr, INTERRUPT_USB)
     pending |= causes;
 }
 
+static const CODE register_value_t setup[] = {
+    {XREG_ADDRESS(USBCS), USBCS_DISCON | USBCS_RENUM},
+    {XREG_ADDRESS(EP1OUTCFG), EPCFG_INVALID},
+    {XREG_ADDRESS(EP1INCFG), EPCFG_INVALID},
+    {XREG_ADDRESS(EP2CFG), EPCFG_INVALID},
+    {XREG_ADDRESS(EP4CFG), EPCFG_INVALID},
+    {XREG_ADDRESS(EP8CFG), EPCFG_INVALID},
+    {XREG_ADDRESS(INTSETUP), 0}, /* one handler for all causes: no autovectoring */
+    {XREG_ADDRESS(USBIRQ), 0xFF},
+    {XREG_ADDRESS(EPIRQ), 0xFF},
+    {XREG_ADDRESS(USBIE), EVENTS},
+    {XREG_ADDRESS(EPIE), EPIRQ_EP0IN},
+};
+
 void usb_init(void)
 {
-    USBCS = USBCS_DISCON | USBCS_RENUM;
-    EP1OUTCFG = EPCFG_INVALID;
-    EP1INCFG = EPCFG_INVALID;
-    EP2CFG = EPCFG_INVALID;
-    EP4CFG = EPCFG_INVALID;
-    EP8CFG = EPCFG_INVALID;
-    INTSETUP = 0; /* one handler for all causes: no autovectoring */
-    USBIRQ = 0xFF;
-    EPIRQ = 0xFF;
-    USBIE = EVENTS;
-    EPIE = EPIRQ_EP0IN;
+    registers_set(setup, sizeof setup / sizeof setup[0]);
     EIE |= EIE_USB;
 }
 

@@ -2,6 +2,7 @@
 
 #include "board/turret.h"
 #include "drivers/flash_bus.h"
+#include "drivers/flash_stream.h"
 #include "drivers/fpga_port.h"
 #include "link/bytes.h"
 
@@ -12,6 +13,7 @@ fake_flash_t fake_flash;
 fake_fpga_t fake_fpga;
 
 static int streaming; /* between begin and end */
+static uint32_t stream_address;
 
 void fake_turret_reset(void)
 {
@@ -53,7 +55,7 @@ void fake_flash_record(uint8_t slot, uint8_t bank, uint16_t place, uint8_t kind,
                            (uint32_t)place * SLOT_RECORD_SIZE);
 }
 
-/* ---- the flash behind drivers/flash_bus.h ---- */
+/* ---- the flash behind drivers/flash_bus.h and drivers/flash_stream.h ---- */
 
 static uint8_t read_cfi(uint32_t address)
 {
@@ -122,12 +124,13 @@ uint8_t flash_bus_ready(void)
     return 0;
 }
 
-void flash_bus_stream_begin(void)
+void flash_stream_begin(uint16_t block)
 {
+    stream_address = (uint32_t)block * TURRET_FLASH_BLOCK;
     streaming = 1;
 }
 
-void flash_bus_stream_end(void)
+void flash_stream_end(void)
 {
     streaming = 0;
 }
@@ -144,30 +147,18 @@ static void clock_byte_in(uint8_t byte)
         fake_fpga.done = 1;
 }
 
-static uint8_t stream_bytes(uint16_t block, uint32_t length)
+uint8_t flash_stream_blocks(uint8_t count, uint16_t length)
 {
-    uint32_t address = (uint32_t)block * TURRET_FLASH_BLOCK;
-    uint32_t i;
+    uint32_t left = (uint32_t)count * length;
 
-    assert(streaming && length > 0);
+    assert(streaming && count > 0 && length > 0);
+    assert(length == TURRET_FLASH_BLOCK || (length < TURRET_FLASH_BLOCK && count == 1));
+    assert(stream_address % TURRET_FLASH_BLOCK == 0);
     if (fake_fpga.stream_sticks)
         return 0;
-    for (i = 0; i < length; i++)
-        clock_byte_in(fake_flash.memory[address + i]);
+    while (left--)
+        clock_byte_in(fake_flash.memory[stream_address++]);
     return 1;
-}
-
-uint8_t flash_bus_stream_blocks(uint16_t block, uint8_t count)
-{
-    assert(streaming == 1);
-    return stream_bytes(block, (uint32_t)count * TURRET_FLASH_BLOCK);
-}
-
-uint8_t flash_bus_stream_tail(uint16_t block, uint16_t length)
-{
-    assert(length < TURRET_FLASH_BLOCK);
-    streaming = 2; /* nothing may follow */
-    return stream_bytes(block, length);
 }
 
 /* ---- the FPGA behind drivers/fpga_port.h ---- */

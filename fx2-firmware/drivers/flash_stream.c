@@ -1,0 +1,86 @@
+#include "drivers/flash_stream.h"
+
+#include "drivers/fx2_regs.h"
+#include "drivers/gpif.h"
+#include "drivers/gpif_ctl.h"
+
+/* 512 bytes take 640 CPU cycles, a poll takes 8: twice the time a block needs. */
+#define POLLS_MAX 160u
+
+/* The samples that the GPIF takes in passing go to EP6, which has four buffers of 512 bytes: one
+ * block each. */
+#define FIFO_BUFFERS 4u
+
+static uint8_t free_buffers;
+static uint16_t next_block;
+
+static void discard_samples(void)
+{
+    FIFORESET = FIFORESET_NAKALL;
+    SYNCDELAY();
+    FIFORESET = FIFORESET_NAKALL | 6;
+    SYNCDELAY();
+    FIFORESET = 0;
+    SYNCDELAY();
+    free_buffers = FIFO_BUFFERS;
+}
+
+/* All but TCB1 is 0 whenever a block begins: the count before has expired. */
+static void clear_count(void)
+{
+    GPIFTCB3 = 0;
+    SYNCDELAY();
+    GPIFTCB2 = 0;
+    SYNCDELAY();
+    GPIFTCB0 = 0;
+    SYNCDELAY();
+}
+
+void flash_stream_begin(uint16_t block)
+{
+    next_block = block;
+    gpif_set_offset(0); /* after 512 bytes GPIFADR[8:0] is there again by itself */
+    clear_count();
+    discard_samples();
+    GPIFIDLECTL = WE_N;
+}
+
+void flash_stream_end(void)
+{
+    GPIFIDLECTL = REST;
+}
+
+static uint8_t await_done(void)
+{
+    uint8_t polls = POLLS_MAX;
+
+    do {
+        if (GPIFTRIG & GPIFTRIG_DONE)
+            return 1;
+    } while (--polls);
+    GPIFABORT = 0xFF;
+    return 0;
+}
+
+/* Everything in this loop but the waiting costs the stream time. */
+uint8_t flash_stream_blocks(uint8_t count, uint16_t length)
+{
+    do {
+        IOD = (uint8_t)next_block;
+        IOE = (uint8_t)(next_block >> 8);
+        next_block++;
+        if (free_buffers == 0)
+            discard_samples();
+        free_buffers--;
+        GPIFTCB1 = (uint8_t)(length >> 8);
+        SYNCDELAY();
+        if ((uint8_t)length != 0) {
+            GPIFTCB0 = (uint8_t)length;
+            SYNCDELAY();
+        }
+        GPIFTRIG = GPIFTRIG_READ | GPIFTRIG_EP6;
+        if (!await_done())
+            return 0;
+    } while (--count);
+    return 1;
+}
