@@ -138,8 +138,11 @@ fn bank_address(slot: u8, bank: u32) -> usize {
 /// How a slot stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
-    /// Nothing was ever completed here.
+    /// Both banks' headers are erased.
     Empty,
+    /// Something is there, but neither bank has a whole header and its commit word: a write was cut
+    /// off, or the header is damaged.
+    Unfinished,
     /// The bitstream is as it was written.
     Whole,
     /// The header is whole, but the bitstream does not match its CRC-32.
@@ -153,7 +156,7 @@ pub struct Slot {
     pub slot: u8,
     /// How it stands.
     pub state: State,
-    /// The bank that counts; 0 for an empty slot.
+    /// The bank that counts; 0 if none does.
     pub bank: u32,
     /// Function code of the bitstream, `FPGA_FUNCTION_*`.
     pub function: u8,
@@ -165,7 +168,7 @@ pub struct Slot {
     pub part: String,
     /// Free text.
     pub name: String,
-    /// The FPGA starts from this slot.
+    /// The FPGA starts from this slot, if it holds a whole bitstream: a mark outlives its bitstream.
     pub default: bool,
     /// The slot to fall back to.
     pub golden: bool,
@@ -182,9 +185,8 @@ pub fn scan(image: &[u8]) -> Result<Vec<Slot>, Error> {
     let mut newest = [None; 2];
     let mut slots = Vec::new();
     for slot in 0..SLOT_COUNT as u8 {
-        let found = find_bank(image, slot);
-        if let Some((bank, _)) = &found {
-            let marks = records(image, bank_address(slot, *bank));
+        for bank in 0..SLOT_BANKS {
+            let marks = records(image, bank_address(slot, bank));
             for (newest, sequence) in newest.iter_mut().zip(marks) {
                 // The first of two equal ones stays.
                 if let Some(sequence) = sequence
@@ -194,7 +196,7 @@ pub fn scan(image: &[u8]) -> Result<Vec<Slot>, Error> {
                 }
             }
         }
-        slots.push(describe(image, slot, found));
+        slots.push(describe(image, slot, find_bank(image, slot)));
     }
     let [default, golden] = newest.map(|mark| mark.map(|(_, slot)| slot));
     for slot in &mut slots {
@@ -238,9 +240,13 @@ fn records(image: &[u8], bank: usize) -> [Option<u32>; 2] {
 
 fn describe(image: &[u8], slot: u8, found: Option<(u32, SlotHeader)>) -> Slot {
     let Some((bank, header)) = found else {
+        let erased = (0..SLOT_BANKS).all(|bank| {
+            let tail = &image[bank_address(slot, bank) + BANK_HEADER_AT as usize..];
+            tail[..(BANK_RECORDS_AT - BANK_HEADER_AT) as usize].iter().all(|&byte| byte == 0xFF)
+        });
         return Slot {
             slot,
-            state: State::Empty,
+            state: if erased { State::Empty } else { State::Unfinished },
             bank: 0,
             function: 0,
             length: 0,
@@ -315,12 +321,15 @@ mod tests {
         image[12_345] ^= 1;
         let soccer = &scan(&image).expect("right size")[0];
         assert_eq!(soccer.state, State::Damaged);
-        image[BANK_COMMIT_AT as usize] = 0xFF;
-        assert_eq!(scan(&image).expect("right size")[0].state, State::Empty);
+        let commit = bank_address(31, 0) + BANK_COMMIT_AT as usize;
+        image[commit] = 0xFF;
+        let capture = &scan(&image).expect("right size")[31];
+        assert_eq!(capture.state, State::Unfinished);
+        assert!(capture.default, "the firmware says then that its default slot is bad");
     }
 
     #[test]
-    fn the_newer_bank_counts_with_its_own_records() {
+    fn the_newer_bank_counts() {
         let mut image = two_slots();
         let bank = bank_address(31, 1);
         let old = bank_address(31, 0);
@@ -332,7 +341,7 @@ mod tests {
         let slot = scan(&image).expect("right size").remove(31);
         assert_eq!((slot.bank, slot.generation), (1, 2));
         assert_eq!(slot.state, State::Damaged, "header of soccer, data of capture");
-        assert!(!slot.default);
+        assert!(slot.default, "marked in the older bank");
     }
 
     #[test]
