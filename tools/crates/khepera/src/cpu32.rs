@@ -9,7 +9,7 @@
 use m68k::core::cpu::SFLAG_SET;
 use m68k::{AddressBus, CpuCore, CpuType, StepResult};
 
-use crate::soc::{Bus, Fault};
+use crate::bus::{Bus, Fault};
 use crate::turret_bus::TurretBus;
 
 const ADDRESS_MASK: u32 = 0x00FF_FFFF;
@@ -184,7 +184,7 @@ impl Cpu {
             return;
         }
         let start = bus.soc.clk;
-        if bus.soc.peek_word(pc).is_some_and(lacking) {
+        if bus.soc.memory.peek_word(pc).is_some_and(lacking) {
             self.core.ppc = pc;
             self.mark();
             self.core.take_exception(bus, ILLEGAL);
@@ -246,10 +246,10 @@ impl Cpu {
     /// not allowed here.
     fn low_power_stop<T: TurretBus>(&mut self, bus: &mut Bus<'_, T>) -> bool {
         let pc = self.core.pc;
-        if bus.soc.peek_word(pc) != Some(LPSTOP[1]) || !self.core.is_supervisor() {
+        if bus.soc.memory.peek_word(pc) != Some(LPSTOP[1]) || !self.core.is_supervisor() {
             return false;
         }
-        let Some(sr) = bus.soc.peek_word(pc.wrapping_add(2)) else { return false };
+        let Some(sr) = bus.soc.memory.peek_word(pc.wrapping_add(2)) else { return false };
         self.core.pc = pc.wrapping_add(4);
         self.core.stop(sr);
         true

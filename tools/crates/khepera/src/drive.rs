@@ -177,9 +177,10 @@ impl Drive {
     pub fn set_fault(&mut self, wheel: usize, fault: WheelFault, now: Ps) {
         let since = now.saturating_sub(self.grid).min(STEP);
         let wheel = &mut self.wheels[wheel];
-        let stands = wheel.encoder_edges(since);
-        wheel.stuck_at = stands;
+        wheel.stuck_at = wheel.encoder_edges(since);
         wheel.fault = fault;
+        // An encoder that works again goes on from where the wheel is.
+        let stands = wheel.encoder_edges(since);
         wheel.reported = [cell(stands, Channel::A), cell(stands, Channel::B)];
     }
 

@@ -22,12 +22,15 @@
 //! ```
 
 mod adc;
+mod bus;
 mod cpu32;
 mod diagnostics;
 mod drive;
 mod gpt;
 mod image;
 mod integration;
+mod memory;
+mod qsm;
 mod qspi;
 mod sci;
 mod soc;
@@ -43,8 +46,9 @@ pub use drive::{MotorDrive, WheelFault};
 pub use image::ImageError;
 pub use integration::ResetCause;
 
+use bus::Bus;
 use cpu32::Cpu;
-use soc::{Bus, Soc};
+use soc::Soc;
 use turret_bus::TurretBus;
 
 /// Below this battery voltage the base's supply supervisor holds the chip in reset, and until it is
@@ -260,30 +264,30 @@ impl Base {
     /// Queue characters from the host to the base; they follow each other at the host's baud rate.
     pub fn serial_send(&mut self, bytes: &[u8]) {
         let now = self.now();
-        self.soc.sci.send(now, bytes);
+        self.soc.qsm.sci.send(now, bytes);
         self.soc.plan();
     }
 
     /// Characters of [`Base::serial_send`] that have not been sent completely.
     pub fn serial_waiting(&self) -> usize {
-        self.soc.sci.waiting()
+        self.soc.qsm.sci.waiting()
     }
 
     /// Characters that the base has sent since the last call, with the times of their stop bits'
     /// ends. Those that a UART of the host's baud rate cannot frame are left out and counted by
     /// [`Base::serial_framing_errors`].
     pub fn serial_take(&mut self) -> Vec<(Ps, u8)> {
-        self.soc.sci.take()
+        self.soc.qsm.sci.take()
     }
 
     /// Characters lost at the host because their stop bit was wrong.
     pub fn serial_framing_errors(&self) -> u64 {
-        self.soc.sci.host_framing_errors
+        self.soc.qsm.sci.host_framing_errors
     }
 
     /// Change the host's baud rate; not while characters are waiting.
     pub fn serial_set_baud(&mut self, baud: u32) {
-        self.soc.sci.set_host_baud(baud);
+        self.soc.qsm.sci.set_host_baud(baud);
     }
 
     // ---- wheels
@@ -386,7 +390,7 @@ impl Base {
 
     /// The word in flash or RAM at `address`, None elsewhere.
     pub fn peek_word(&self, address: u32) -> Option<u16> {
-        self.soc.peek_word(address)
+        self.soc.memory.peek_word(address)
     }
 
     /// What the firmware did that the model does not cover or a chip would not forgive; each thing
