@@ -144,12 +144,23 @@ static void choose_edges(const band_t *band, const opponent_extent_t *opponent,
     }
 }
 
+/* The largest sum of differences at which two blocks still show the same edge: an eighth of what
+ * black against wall would cost, which is half the block a quarter brighter, and the noise of a bad
+ * camera (8 grey levels a pixel). */
+static uint32_t similarity_limit(const band_edge_t *edge)
+{
+    int contrast =
+        edge->after > edge->before ? edge->after - edge->before : edge->before - edge->after;
+
+    return (uint32_t)(contrast * BLOCK_SIZE / 8 + 8 * BLOCK_SIZE * BLOCK_SIZE);
+}
+
 /* Match the edge's block in the left eye; fills disparity and certainty, 0 if it has no match. */
 static void match_edge(const band_t *band, uint8_t search_max, goal_edge_t *goal)
 {
     image_view_t views[EYE_COUNT];
     match_params_t params = {MATCH_SAD,         BLOCK_SIZE,       BLOCK_SIZE, 1, 1, 0,
-                             BAND_MISALIGNMENT, CHECK_UNIQUENESS, 0,          0, 0, 0};
+                             BAND_MISALIGNMENT, CHECK_SIMILARITY, 0,          0, 0, 0};
     const band_edge_t *edge = goal->edge;
     const band_edge_t *left;
     match_t match;
@@ -163,8 +174,10 @@ static void match_edge(const band_t *band, uint8_t search_max, goal_edge_t *goal
         views[eye].height = BAND_ROWS;
     }
     params.disparity_max = search_max;
+    params.similarity_limit = similarity_limit(edge);
     if (match_find(&views[EYE_LEFT], &views[EYE_RIGHT], (edge->x_q4 + 16) / 16, BAND_LINE, &params,
-                   &match) != MATCH_OK)
+                   &match) != MATCH_OK ||
+        match.failed)
         return;
     left = band_nearest_edge(band, EYE_LEFT, (int16_t)(edge->x_q4 + match.disparity_q4),
                              band_edge_rises(edge), EDGE_REACH_Q4);
