@@ -346,3 +346,121 @@ impl Logic {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::part::XCV300E;
+
+    const FRAME: u32 = XCV300E.frame_words();
+
+    fn write(register: Register, value: u32) -> [u32; 2] {
+        [Header::type1(register, 1), value]
+    }
+
+    fn command(command: Command) -> [u32; 2] {
+        write(Register::Cmd, command as u32)
+    }
+
+    /// Everything that frame data needs before it, with the frame address `far`.
+    fn before_data(far: u32) -> Vec<u32> {
+        [write(Register::Flr, 20), write(Register::Far, far), command(Command::Wcfg)].concat()
+    }
+
+    fn data(words: u32) -> Vec<u32> {
+        let header = [Header::type1(Register::Fdri, 0), Header::type2(words)];
+        header.into_iter().chain((0..words).map(|word| word | 0x8000_0000)).collect()
+    }
+
+    fn feed(logic: &mut Logic, words: &[u32]) -> Vec<Event> {
+        words.iter().flat_map(|word| word.to_be_bytes()).filter_map(|b| logic.byte(b)).collect()
+    }
+
+    /// The fault at which a synchronised logic stops.
+    fn fault_of(words: &[u32]) -> Option<Fault> {
+        let mut logic = Logic::new(&XCV300E);
+        feed(&mut logic, &[SYNC_WORD]);
+        feed(&mut logic, words);
+        logic.fault()
+    }
+
+    #[test]
+    fn structural_faults_are_told_apart() {
+        let last_of_logic = FrameAddress { block: 0, major: 54, minor: 26 }.to_far();
+        let cases = [
+            (write(Register::Flr, 19).to_vec(), Fault::FrameLength { flr: 19, expected: 20 }),
+            (data(FRAME), Fault::UnexpectedData),
+            ([write(Register::Flr, 20).to_vec(), data(FRAME)].concat(), Fault::UnexpectedData),
+            ([before_data(0), data(2 * FRAME + 5)].concat(), Fault::PartialFrame { words: 5 }),
+            (
+                [before_data(0x0200_0000), data(2 * FRAME)].concat(),
+                Fault::FrameAddress { far: 0x0200_0000 },
+            ),
+            (
+                [before_data(last_of_logic), data(3 * FRAME)].concat(),
+                Fault::FrameAddress { far: last_of_logic + 0x0002_0000 - (26 << 9) },
+            ),
+            (write(Register::Cmd, 2).to_vec(), Fault::Command { code: 2 }),
+            (vec![0x3000_6001, 0], Fault::Register { address: 3 }),
+            (vec![0x2800_E001], Fault::Read),
+            (vec![0x1234_5678], Fault::Packet { word: 0x1234_5678 }),
+            (vec![Header::type2(3)], Fault::Packet { word: Header::type2(3) }),
+            (vec![Header::type1(Register::Cmd, 2)], Fault::Packet { word: 0x3000_8002 }),
+            (write(Register::Crc, 1).to_vec(), Fault::Crc { computed: 0, given: 1 }),
+        ];
+        for (words, fault) in cases {
+            assert_eq!(fault_of(&words), Some(fault));
+        }
+    }
+
+    #[test]
+    fn start_up_needs_every_frame() {
+        let start = command(Command::Start);
+        let mut crc = Crc::default();
+        crc.update(Register::Cmd, Command::Start as u32);
+        let check = write(Register::Crc, u32::from(crc.value()));
+        let missing = XCV300E.frames();
+        let words = [command(Command::Rcrc), start, check].concat();
+        assert_eq!(fault_of(&words), Some(Fault::FramesMissing { missing }));
+    }
+
+    #[test]
+    fn a_frame_is_stored_when_the_next_one_has_come() {
+        let mut logic = Logic::new(&XCV300E);
+        feed(&mut logic, &[SYNC_WORD]);
+        feed(&mut logic, &[before_data(0), data(2 * FRAME)].concat());
+        assert_eq!(logic.counts().frames, 1);
+        let frame = logic.frame(FrameAddress::from_far(0)).expect("it exists");
+        assert_eq!(frame[..2], [0x8000_0000, 0x8000_0001]);
+        assert_eq!(logic.missing_frames(), XCV300E.frames() - 1);
+        // A new address throws away what was held.
+        feed(&mut logic, &write(Register::Far, 0x0202_0000));
+        feed(&mut logic, &data(FRAME));
+        assert_eq!(logic.counts().frames, 1);
+    }
+
+    #[test]
+    fn control_bits_change_through_the_mask() {
+        let mut logic = Logic::new(&XCV300E);
+        feed(&mut logic, &[SYNC_WORD]);
+        feed(&mut logic, &[write(Register::Mask, 0x40), write(Register::Ctl, 0x1FF)].concat());
+        assert_eq!(logic.ctl(), 0x40);
+        feed(&mut logic, &[write(Register::Mask, 0x81), write(Register::Ctl, 0x80)].concat());
+        assert_eq!(logic.ctl(), 0xC0);
+    }
+
+    #[test]
+    fn nothing_counts_before_the_synchronisation_word_and_a_second_one_does_no_harm() {
+        let mut logic = Logic::new(&XCV300E);
+        feed(&mut logic, &write(Register::Flr, 19));
+        assert_eq!(logic.fault(), None);
+        for byte in [0x12, 0x34, 0xAA, 0x99, 0x55, 0x66] {
+            logic.byte(byte);
+        }
+        assert!(logic.synchronised());
+        feed(&mut logic, &[0xFFFF_FFFF, SYNC_WORD, 0]);
+        assert_eq!(logic.fault(), None);
+        let events = feed(&mut logic, &[command(Command::Aghigh), command(Command::Lfrm)].concat());
+        assert_eq!(events, [Event::InterconnectOff, Event::LastFrame]);
+    }
+}
