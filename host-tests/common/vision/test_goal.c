@@ -133,7 +133,7 @@ static void noise_gain_and_misaligned_eyes_move_it_little(void)
         scene_clear(seed & 1 ? 2 : -2);
         paint_goal(900, 300);
         scene_gain(EYE_LEFT, 90);
-        scene_gain(EYE_RIGHT, 60);
+        scene_gain(EYE_RIGHT, 72);
         scene_noise(EYE_LEFT, 10, seed);
         scene_noise(EYE_RIGHT, 10, seed + 50);
         look();
