@@ -24,8 +24,6 @@ uint32_t slot_header_generation(const uint8_t wire[SLOT_HEADER_SIZE])
 
 slot_error_t slot_header_check(const uint8_t wire[SLOT_HEADER_SIZE])
 {
-    uint32_t length = slot_header_length(wire);
-
     if (slot_all_erased(wire, SLOT_HEADER_SIZE))
         return SLOT_EMPTY;
     if (be_get32(wire + AT_MAGIC) != SLOT_HEADER_MAGIC ||
@@ -33,7 +31,8 @@ slot_error_t slot_header_check(const uint8_t wire[SLOT_HEADER_SIZE])
         return SLOT_BAD_HEADER;
     if (wire[AT_VERSION] != SLOT_HEADER_VERSION)
         return SLOT_BAD_VERSION;
-    if (length == 0 || length > BANK_HEADER_AT)
+    /* 0 wraps: one comparison for both ends of the range. */
+    if (slot_header_length(wire) - 1u >= BANK_HEADER_AT)
         return SLOT_BAD_LENGTH;
     return SLOT_OK;
 }

@@ -133,22 +133,36 @@ static void await_init_high(void)
     }
 }
 
+static void stream_burst(void)
+{
+    uint8_t count = BURST_BLOCKS;
+
+    if (full_blocks < BURST_BLOCKS)
+        count = (uint8_t)full_blocks;
+    full_blocks -= count;
+    if (!flash_stream_blocks(count, TURRET_FLASH_BLOCK))
+        fail(CONFIG_BUS_STUCK);
+    else if (!fpga_port_init_level())
+        fail(CONFIG_CRC_ERROR);
+}
+
+static void stream_tail(void)
+{
+    uint16_t length = tail_bytes;
+
+    tail_bytes = 0;
+    if (length == 0 || flash_stream_blocks(1, length))
+        enter(AWAIT_DONE);
+    else
+        fail(CONFIG_BUS_STUCK);
+}
+
 static void stream(void)
 {
-    uint8_t burst = full_blocks < BURST_BLOCKS ? (uint8_t)full_blocks : BURST_BLOCKS;
-
-    if (burst != 0) {
-        if (!flash_stream_blocks(burst, TURRET_FLASH_BLOCK))
-            fail(CONFIG_BUS_STUCK);
-        else if (!fpga_port_init_level())
-            fail(CONFIG_CRC_ERROR);
-        full_blocks -= burst;
-    } else if (tail_bytes != 0 && !flash_stream_blocks(1, tail_bytes)) {
-        fail(CONFIG_BUS_STUCK);
-    } else {
-        tail_bytes = 0;
-        enter(AWAIT_DONE);
-    }
+    if (full_blocks != 0)
+        stream_burst();
+    else
+        stream_tail();
 }
 
 static void await_done(void)

@@ -12,6 +12,8 @@
  * the bus long enough for any hub to notice. */
 #define DISCONNECTED_TICKS CLOCK_TICKS(20000ul)
 
+static uint8_t connected;
+
 static void init(void)
 {
     clock_enable();
@@ -22,26 +24,32 @@ static void init(void)
     cpu_allow_interrupts();
 }
 
+static void connect_when_due(void)
+{
+    if (!connected && clock_ticks() >= DISCONNECTED_TICKS) {
+        connected = 1;
+        usb_connect();
+    }
+}
+
+static void sleep_until_interrupt(void)
+{
+    cpu_hold_interrupts();
+    if (usb_has_events())
+        cpu_allow_interrupts();
+    else
+        cpu_sleep();
+}
+
 void main(void)
 {
-    uint8_t connected = 0;
-    uint8_t working;
-
     init();
     configure_start();
     for (;;) {
         usb_device_poll();
-        working = configure_step();
-        if (!connected) {
-            connected = clock_ticks() >= DISCONNECTED_TICKS;
-            if (connected)
-                usb_connect(1);
-            continue;
-        }
-        cpu_hold_interrupts();
-        if (working || usb_has_events())
-            cpu_allow_interrupts();
+        if (configure_step() || !connected)
+            connect_when_due();
         else
-            cpu_sleep();
+            sleep_until_interrupt();
     }
 }

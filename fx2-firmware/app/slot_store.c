@@ -16,11 +16,11 @@
 #define BANK_COUNT    ((uint8_t)(SLOT_COUNT * SLOT_BANKS))
 
 static XDATA uint8_t wire[SLOT_HEADER_SIZE];
-static uint16_t tail;           /* block where the last 4 KiB of the bank in question begin */
-static XDATA uint32_t sequence; /* of the record read last, if it is sound */
+static uint16_t tail;     /* block where the last 4 KiB of the bank in question begin */
+static uint32_t sequence; /* of the record read last, if it is sound */
 
 /* The highest number seen since any_number was cleared. */
-static XDATA uint32_t highest;
+static uint32_t highest;
 static uint8_t any_number;
 
 /* 1 if `number` is higher than all before it, which it then replaces. */

@@ -37,14 +37,14 @@ static XDATA uint8_t reply[CONFIG_STATUS_SIZE];
 /* The handlers below answer and return 1, or return 0 for a request to be refused. What the table
  * at the end demands of a request, they need not look at. */
 
-static uint8_t answer(const XDATA uint8_t *data, uint16_t length)
+static uint8_t answer(const XDATA uint8_t *data, uint8_t length)
 {
     if (usb_setup.length == 0)
         usb_control_acknowledge();
     else if (length < usb_setup.length)
         usb_control_send(data, length, 1);
     else
-        usb_control_send(data, usb_setup.length, 0);
+        usb_control_send(data, (uint8_t)usb_setup.length, 0);
     return 1;
 }
 

@@ -97,7 +97,6 @@ __sbit __at(0xAF) EA;
 #define USBIRQ_HSGRANT 0x20u
 #define INTSETUP       XREG(0xE668)
 #define USBCS          XREG(0xE680)
-#define USBCS_HSM      0x80u
 #define USBCS_DISCON   0x08u
 #define USBCS_RENUM    0x02u
 #define EP0BCH         XREG(0xE68A)

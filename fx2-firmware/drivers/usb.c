@@ -11,7 +11,7 @@ usb_setup_t usb_setup;
 
 /* The answer that is on its way. */
 static const XDATA uint8_t *answer;
-static uint16_t answer_left;
+static uint8_t answer_left;
 static uint8_t answer_more; /* 1: at least one more packet, perhaps an empty one */
 static uint8_t answer_ends_short;
 
@@ -46,14 +46,9 @@ void usb_init(void)
     EIE |= EIE_USB;
 }
 
-void usb_connect(uint8_t connected)
+void usb_connect(void)
 {
-    USBCS = connected ? USBCS_RENUM : (USBCS_DISCON | USBCS_RENUM);
-}
-
-uint8_t usb_is_high_speed(void)
-{
-    return (USBCS & USBCS_HSM) != 0;
+    USBCS = USBCS_RENUM;
 }
 
 uint8_t usb_has_events(void)
@@ -92,19 +87,24 @@ static uint8_t superseded(void)
 
 static void load_packet(void)
 {
-    uint8_t length = answer_left > USB_PACKET_EP0 ? USB_PACKET_EP0 : (uint8_t)answer_left;
+    volatile XDATA uint8_t *to = EP0BUF;
+    uint8_t length = answer_left;
     uint8_t i;
 
-    for (i = 0; i < length; i++)
-        EP0BUF[i] = *answer++;
+    if (length > USB_PACKET_EP0)
+        length = USB_PACKET_EP0;
+    for (i = length; i != 0; i--)
+        *to++ = *answer++;
     answer_left -= length;
-    answer_more = answer_left != 0 || (length == USB_PACKET_EP0 && answer_ends_short);
+    answer_more = answer_left;
+    if (answer_left == 0 && length == USB_PACKET_EP0)
+        answer_more = answer_ends_short;
     EP0BCH = 0;
     SYNCDELAY();
     EP0BCL = length;
 }
 
-void usb_control_send(const XDATA uint8_t *data, uint16_t length, uint8_t short_of_request)
+void usb_control_send(const XDATA uint8_t *data, uint8_t length, uint8_t short_of_request)
 {
     if (superseded())
         return;

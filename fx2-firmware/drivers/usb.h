@@ -30,11 +30,8 @@ extern usb_setup_t usb_setup;
 /* Take requests in firmware, but stay off the bus. Endpoints 1, 2, 4 and 8 are disabled. */
 void usb_init(void);
 
-/* Connect or disconnect the pull-up on D+. A host sees a disconnection for certain after 10 ms. */
-void usb_connect(uint8_t connected);
-
-/* 1 at high speed, 0 at full speed. Settled when the first SETUP arrives. */
-uint8_t usb_is_high_speed(void);
+/* Connect the pull-up on D+: a host may find the device from now on. */
+void usb_connect(void);
 
 /* The events since the last call, as USB_EVENT_* bits; they are then forgotten. */
 uint8_t usb_take_events(void);
@@ -51,7 +48,7 @@ void usb_read_setup(void);
  * as it is until the next SETUP packet; on the FX2 it may lie in program memory, which MOVX reads
  * too. `short_of_request`: the host asked for more, so a last packet of full size is followed by an
  * empty one. */
-void usb_control_send(const XDATA uint8_t *data, uint16_t length, uint8_t short_of_request);
+void usb_control_send(const XDATA uint8_t *data, uint8_t length, uint8_t short_of_request);
 /* Acknowledge a request without data. */
 void usb_control_acknowledge(void);
 /* Refuse the request. */

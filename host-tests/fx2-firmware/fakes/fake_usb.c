@@ -7,7 +7,6 @@
 
 usb_setup_t usb_setup;
 fake_usb_answer_t fake_usb_answer;
-int fake_usb_high_speed;
 
 static usb_setup_t waiting;
 static uint8_t events;
@@ -33,11 +32,6 @@ int fake_usb_answers(void)
     return fake_usb_answer.sent + fake_usb_answer.acknowledged + fake_usb_answer.stalled;
 }
 
-uint8_t usb_is_high_speed(void)
-{
-    return (uint8_t)fake_usb_high_speed;
-}
-
 uint8_t usb_take_events(void)
 {
     uint8_t taken = events;
@@ -56,9 +50,8 @@ void usb_read_setup(void)
     usb_setup = waiting;
 }
 
-void usb_control_send(const uint8_t *data, uint16_t length, uint8_t short_of_request)
+void usb_control_send(const uint8_t *data, uint8_t length, uint8_t short_of_request)
 {
-    assert(length <= sizeof fake_usb_answer.data);
     fake_usb_answer.sent++;
     memcpy(fake_usb_answer.data, data, length);
     fake_usb_answer.length = length;
