@@ -1,12 +1,12 @@
 //! The turret's flash: 128 Mbit NOR as M29W128FH, eight bits wide, AMD command set.
 //!
-//! Pins in, data and RY/BY# out; a read says when its data is valid, a program
-//! operation can only clear bits, and a power cut leaves behind what a power cut leaves behind.
+//! Pins in, data and RY/BY# out; a read says when its data is valid, programming can only clear bits,
+//! and a power cut leaves behind what a power cut leaves behind.
 //!
 //! Exact: commands, identification, status bits, sector map. From memory of the data sheet, so
 //! assumptions of ours: the timing constants below and the CFI table's times and voltages. Every read
-//! takes the full access time (the real chip is faster within a page). Not there: write buffer, erase
-//! suspend, block protection, the extended block; their commands are listed in the diagnostics.
+//! takes the full access time (the real chip is faster within a page). Not there: suspending an
+//! erase, block protection, the extended block; their commands are listed in the diagnostics.
 
 use std::fmt;
 
@@ -33,6 +33,10 @@ const WRITE_DATA_PS: Ps = 45 * NS;
 
 /// Typical time to program a byte.
 pub const PROGRAM_PS: Ps = 10 * US;
+/// Bytes of the write buffer.
+pub const BUFFER: usize = 64;
+/// Typical time to program from the write buffer.
+pub const BUFFER_PROGRAM_PS: Ps = 180 * US;
 /// Typical time to erase a sector.
 pub const SECTOR_ERASE_PS: Ps = 800 * MS;
 /// After a sector erase command, so long are further sectors accepted.
@@ -46,9 +50,9 @@ const CFI: [u8; 0x2D] = [
     b'Q', b'R', b'Y', 0x02, 0x00, 0x40, 0x00, 0x00, 0x00, 0x00,
     0x00, // AMD set, extension at 40
     0x27, 0x36, 0xB5, 0xC5, // 2.7 to 3.6 V; 11.5 to 12.5 V for fast programming
-    0x04, 0x00, 0x0A, 0x00, 0x04, 0x00, 0x03, 0x00, // typical times, then the longest
+    0x04, 0x08, 0x0A, 0x00, 0x04, 0x04, 0x03, 0x00, // typical times, then the longest
     0x18, // 2^24 bytes
-    0x02, 0x00, 0x00, 0x00, // x8 and x16; no write buffer in this model
+    0x02, 0x00, 0x06, 0x00, // x8 and x16; write buffer of 2^6 bytes
     0x01, 0xFF, 0x00, 0x00, 0x01, // one region: 256 sectors of 256 * 256 bytes
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
 ];
@@ -80,6 +84,8 @@ pub enum Violation {
     OutputDuringWrite,
     /// A command that the model does not know.
     Command(u8),
+    /// A write to the buffer with a wrong count, outside its page, or without its confirmation.
+    BufferAbort,
     /// A byte was programmed that needs bits set which are cleared.
     ProgramNeedsErase,
     /// The supply failed during an operation.
@@ -95,6 +101,7 @@ impl fmt::Display for Violation {
             }
             Self::OutputDuringWrite => write!(f, "OE# and WE# low together"),
             Self::Command(byte) => write!(f, "unknown command {byte:02X}"),
+            Self::BufferAbort => write!(f, "write to buffer aborted: count, page or confirmation"),
             Self::ProgramNeedsErase => write!(f, "programming cannot set a cleared bit"),
             Self::PowerCut => write!(f, "the supply failed during an operation"),
         }
@@ -112,6 +119,8 @@ enum Mode {
     Query,
     /// Programming or erasing has failed: reads show status until the reset command.
     Failed,
+    /// Filling the write buffer went wrong: reads show status until its own reset sequence.
+    Aborted,
 }
 
 /// How far a command has come.
@@ -126,21 +135,22 @@ enum Step {
     Erase,
     EraseUnlock1,
     EraseUnlock2,
+    /// The next write says how many bytes go into the buffer, less one.
+    BufferCount,
+    /// So many more bytes go into the buffer.
+    BufferData(usize),
+    /// The buffer is full and waits for 29.
+    BufferConfirm,
     /// After 90 in unlock bypass: 00 leaves it.
     LeaveBypass,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Job {
-    Program {
-        at: usize,
-        value: u8,
-    },
+    /// The bytes, in the order in which they are programmed.
+    Program { bytes: Vec<(usize, u8)> },
     /// The sectors, and until when more are accepted.
-    Erase {
-        sectors: Vec<usize>,
-        window: Ps,
-    },
+    Erase { sectors: Vec<usize>, window: Ps },
 }
 
 /// The control pins and what is on the bus.
@@ -169,6 +179,9 @@ pub struct Flash {
     mode: Mode,
     step: Step,
     bypass: bool,
+    /// The sector that the write buffer is for, and what is in it.
+    buffer_sector: usize,
+    buffer: Vec<(usize, u8)>,
     job: Option<(Job, Ps, Ps)>,
     toggle: bool,
     diagnostics: Diagnostics<Violation>,
@@ -202,6 +215,8 @@ impl Flash {
             mode: Mode::Array,
             step: Step::Idle,
             bypass: false,
+            buffer_sector: 0,
+            buffer: Vec::new(),
             job: None,
             toggle: false,
             diagnostics: Diagnostics::default(),
@@ -287,7 +302,7 @@ impl Flash {
             self.diagnostics.note(now, Violation::PowerCut);
             let done = (now.saturating_sub(begin)) as f64 / (end - begin) as f64;
             match job {
-                Job::Program { at, value } => self.program_partly(at, value, done),
+                Job::Program { bytes } => self.program_partly(&bytes, done),
                 Job::Erase { sectors, .. } => self.erase_partly(&sectors, done),
             }
         }
@@ -299,13 +314,13 @@ impl Flash {
     fn read(&mut self, now: Ps) -> u8 {
         self.settle(now);
         let address = self.pins.address;
-        if self.job.is_some() || self.mode == Mode::Failed {
+        if self.job.is_some() || matches!(self.mode, Mode::Failed | Mode::Aborted) {
             return self.status(now, address as usize);
         }
         // Tables are read at even addresses; A-1 does not matter.
         let word = address >> 1 & 0xFF;
         match self.mode {
-            Mode::Array | Mode::Failed => self.array[address as usize % SIZE],
+            Mode::Array | Mode::Failed | Mode::Aborted => self.array[address as usize % SIZE],
             Mode::Autoselect => match word {
                 0x00 => MANUFACTURER,
                 0x01 => DEVICE_CODES[0],
@@ -324,12 +339,16 @@ impl Flash {
     }
 
     /// DQ7 data polling, DQ6 toggle, DQ5 error, DQ3 erase timer, DQ2 toggle within the sectors being
-    /// erased.
+    /// erased, DQ1 aborted buffer.
     fn status(&self, now: Ps, address: usize) -> u8 {
         let toggle = u8::from(self.toggle) << 6;
         match &self.job {
+            None if self.mode == Mode::Aborted => toggle | 0x02,
             None => toggle | 0x20,
-            Some((Job::Program { value, .. }, ..)) => !value & 0x80 | toggle,
+            Some((Job::Program { bytes }, ..)) => {
+                let last = bytes.last().map_or(0, |&(_, value)| value);
+                !last & 0x80 | toggle
+            }
             Some((Job::Erase { sectors, window }, ..)) => {
                 let within = sectors.contains(&(address / SECTOR));
                 let timer = u8::from(now >= *window) << 3;
@@ -368,31 +387,43 @@ impl Flash {
             }
             return;
         }
-        let low = address & 0xFFF;
-        let step = std::mem::replace(&mut self.step, Step::Idle);
-        match (step, data, low) {
-            (Step::Program, ..) => self.start_program(now, address as usize % SIZE, data),
+        let at = address as usize % SIZE;
+        match std::mem::replace(&mut self.step, Step::Idle) {
+            Step::Program => self.start_program(now, vec![(at, data)], PROGRAM_PS),
+            step @ (Step::BufferCount | Step::BufferData(_) | Step::BufferConfirm) => {
+                self.fill_buffer(now, step, at, data);
+            }
+            step => self.cycle(now, step, at, data),
+        }
+    }
+
+    /// One cycle of a command that is neither data nor heard while busy.
+    fn cycle(&mut self, now: Ps, step: Step, at: usize, data: u8) {
+        match (step, data, at & 0xFFF) {
             (Step::LeaveBypass, 0x00, _) => self.bypass = false,
             (Step::Idle, 0xA0, _) if self.bypass => self.step = Step::Program,
             (Step::Idle, 0x90, _) if self.bypass => self.step = Step::LeaveBypass,
-            (_, 0xF0, _) => self.mode = Mode::Array,
-            // After an error nothing else is heard.
-            _ if self.mode == Mode::Failed => {}
-            (Step::Idle, 0x98, 0x0AA | 0xAAA) => self.mode = Mode::Query,
+            (Step::Unlock2, 0xF0, _) => self.mode = Mode::Array,
+            (_, 0xF0, _) if self.mode != Mode::Aborted => self.mode = Mode::Array,
             (Step::Idle, 0xAA, 0xAAA) => self.step = Step::Unlock1,
             (Step::Unlock1, 0x55, 0x555) => self.step = Step::Unlock2,
+            // After an error nothing but its reset is heard.
+            _ if matches!(self.mode, Mode::Failed | Mode::Aborted) => {}
+            (Step::Idle, 0x98, 0x0AA | 0xAAA) => self.mode = Mode::Query,
             (Step::Unlock2, 0x90, 0xAAA) => self.mode = Mode::Autoselect,
             (Step::Unlock2, 0xA0, 0xAAA) => self.step = Step::Program,
             (Step::Unlock2, 0x20, 0xAAA) => self.bypass = true,
+            (Step::Unlock2, 0x25, _) => {
+                self.buffer_sector = at / SECTOR;
+                self.step = Step::BufferCount;
+            }
             (Step::Unlock2, 0x80, 0xAAA) => self.step = Step::Erase,
             (Step::Erase, 0xAA, 0xAAA) => self.step = Step::EraseUnlock1,
             (Step::EraseUnlock1, 0x55, 0x555) => self.step = Step::EraseUnlock2,
             (Step::EraseUnlock2, 0x10, 0xAAA) => {
-                self.start_erase(now, (0..SIZE / SECTOR).collect())
+                self.start_erase(now, (0..SIZE / SECTOR).collect());
             }
-            (Step::EraseUnlock2, 0x30, _) => {
-                self.start_erase(now, vec![address as usize % SIZE / SECTOR]);
-            }
+            (Step::EraseUnlock2, 0x30, _) => self.start_erase(now, vec![at / SECTOR]),
             _ => {
                 self.mode = Mode::Array;
                 self.diagnostics.note(now, Violation::Command(data));
@@ -400,9 +431,37 @@ impl Flash {
         }
     }
 
-    fn start_program(&mut self, now: Ps, at: usize, value: u8) {
+    fn fill_buffer(&mut self, now: Ps, step: Step, at: usize, data: u8) {
+        let same_sector = at / SECTOR == self.buffer_sector;
+        match step {
+            Step::BufferCount if same_sector && usize::from(data) < BUFFER => {
+                self.buffer.clear();
+                self.step = Step::BufferData(usize::from(data) + 1);
+            }
+            Step::BufferData(left)
+                if same_sector
+                    && self
+                        .buffer
+                        .first()
+                        .is_none_or(|(first, _)| first / BUFFER == at / BUFFER) =>
+            {
+                self.buffer.push((at, data));
+                self.step = if left > 1 { Step::BufferData(left - 1) } else { Step::BufferConfirm };
+            }
+            Step::BufferConfirm if same_sector && data == 0x29 => {
+                let bytes = std::mem::take(&mut self.buffer);
+                self.start_program(now, bytes, BUFFER_PROGRAM_PS);
+            }
+            _ => {
+                self.mode = Mode::Aborted;
+                self.diagnostics.note(now, Violation::BufferAbort);
+            }
+        }
+    }
+
+    fn start_program(&mut self, now: Ps, bytes: Vec<(usize, u8)>, time: Ps) {
         self.mode = Mode::Array;
-        self.job = Some((Job::Program { at, value }, now, now + PROGRAM_PS));
+        self.job = Some((Job::Program { bytes }, now, now + time));
     }
 
     fn start_erase(&mut self, now: Ps, sectors: Vec<usize>) {
@@ -416,11 +475,13 @@ impl Flash {
     fn settle(&mut self, now: Ps) {
         let Some((job, _, end)) = self.job.take_if(|(_, _, end)| *end <= now) else { return };
         match job {
-            Job::Program { at, value } => {
-                self.array[at] &= value;
-                if self.array[at] != value {
-                    self.diagnostics.note(end, Violation::ProgramNeedsErase);
-                    self.mode = Mode::Failed;
+            Job::Program { bytes } => {
+                for (at, value) in bytes {
+                    self.array[at] &= value;
+                    if self.array[at] != value {
+                        self.diagnostics.note(end, Violation::ProgramNeedsErase);
+                        self.mode = Mode::Failed;
+                    }
                 }
             }
             Job::Erase { sectors, .. } => {
@@ -431,11 +492,16 @@ impl Flash {
         }
     }
 
-    /// Some of the bits that were to be cleared are cleared.
-    fn program_partly(&mut self, at: usize, value: u8, done: f64) {
-        let cleared =
-            (0..8).filter(|&bit| chance(at, bit, done)).fold(0, |bits, bit| bits | 1 << bit);
-        self.array[at] &= value | !cleared;
+    /// The bytes before the one under way are programmed; of that one, some of the bits that were to
+    /// be cleared are.
+    fn program_partly(&mut self, bytes: &[(usize, u8)], done: f64) {
+        let position = done * bytes.len() as f64;
+        for (index, &(at, value)) in bytes.iter().enumerate() {
+            let share = position - index as f64;
+            let cleared =
+                (0..8).filter(|&bit| chance(at, bit, share)).fold(0, |bits, bit| bits | 1 << bit);
+            self.array[at] &= value | !cleared;
+        }
     }
 
     /// An erase first clears every bit of a sector, then sets them again; where it stops, bits are
@@ -615,6 +681,52 @@ mod tests {
         bench.write(0, 0xA0);
         bench.write(102, 3);
         assert_eq!(bench.read(102), 0xFF, "bypass is over");
+    }
+
+    fn fill(bench: &mut Bench, first: u32, values: &[u8]) {
+        bench.unlock(0x25);
+        // The last unlock cycle's address is the sector's; these tests stay in sector 0.
+        bench.write(first, values.len() as u8 - 1);
+        for (at, &value) in (first..).zip(values) {
+            bench.write(at, value);
+        }
+    }
+
+    #[test]
+    fn the_write_buffer_programs_up_to_a_page_at_once() {
+        let mut bench = Bench::new();
+        let values: Vec<u8> = (0xC0..=0xFF).collect();
+        fill(&mut bench, 0x1000, &values);
+        assert!(bench.flash.ready(bench.now), "until it is confirmed");
+        bench.write(0x1000, 0x29);
+        assert_eq!(bench.read(0x103F) & 0x80, 0, "DQ7 is the complement of the last byte's");
+        bench.wait();
+        assert_eq!(bench.flash.image()[0x1000..0x1040], values);
+        assert_eq!(bench.read(0x1001), 0xC1);
+        assert_eq!(bench.flash.diagnostics().list(), []);
+    }
+
+    #[test]
+    fn a_write_buffer_that_is_misused_aborts_and_has_its_own_reset() {
+        type Misuse = fn(&mut Bench);
+        let misuses: [Misuse; 3] = [
+            |bench| fill(bench, 0x1000, &[0; BUFFER + 1]),
+            |bench| fill(bench, 0x103F, &[0; 2]),
+            |bench| {
+                fill(bench, 0x1000, &[0; 2]);
+                bench.write(0x1000, 0x28);
+            },
+        ];
+        for misuse in misuses {
+            let mut bench = Bench::new();
+            misuse(&mut bench);
+            assert_eq!(bench.read(0x1000) & 0x22, 0x02, "DQ1 but not DQ5");
+            bench.write(0, 0xF0);
+            assert_eq!(bench.read(0x1000) & 0x22, 0x02, "the plain reset is not enough");
+            bench.unlock(0xF0);
+            assert_eq!(bench.read(0x1000), 0xFF);
+            assert_eq!(bench.flash.diagnostics().count(Violation::BufferAbort), 1);
+        }
     }
 
     #[test]
