@@ -192,10 +192,12 @@ static void expose(pitch_t *pitch)
         return;
     memset(report, 0, sizeof *report);
     report->function = FPGA_FUNCTION_SOCCER;
-    report->sequence = pitch->sequence++;
+    report->sequence = pitch->sequence;
+    if (pitch->eyes != EYES_FROZEN)
+        pitch->sequence++;
     report->exposure_time = (uint16_t)(uint64_t)(pitch->time_s * 10000);
     report->delay = (uint8_t)(REPORT_DELAY_S * 10000);
-    if (pitch->eyes == EYES_OPEN)
+    if (pitch->eyes != EYES_BLACK && pitch->eyes != EYES_BLIND_TO_BALL)
         see_ball(pitch, report);
     if (pitch->eyes != EYES_BLACK) {
         see_goal(pitch, report);
@@ -230,6 +232,11 @@ static int base_report(void *context, uint8_t wire[REPORT_SIZE], uint16_t *age_1
     if (pitch->under_way_count == 0 || pitch->under_way[0].due_s > pitch->time_s)
         return 0;
     report_encode(&pitch->under_way[0].report, wire);
+    if (pitch->eyes == EYES_DAMAGED) {
+        unsigned bit = (unsigned)uniform(pitch, 0, 8 * REPORT_SIZE);
+
+        wire[bit / 8] ^= (uint8_t)(1u << bit % 8);
+    }
     *age_100us = (uint16_t)((pitch->time_s - pitch->under_way[0].due_s) * 10000);
     pitch->under_way_count--;
     memmove(&pitch->under_way[0], &pitch->under_way[1],

@@ -15,7 +15,16 @@
 #define PITCH_REPORTS_UNDER_WAY 8
 #define PITCH_CONSOLE_SIZE      4096
 
-typedef enum { EYES_OPEN, EYES_BLACK, EYES_BLIND_TO_BALL, EYES_DEAD } pitch_eyes_t;
+/* Black: nothing in the picture. Blind to ball: painted pink. Dead: no reports. Frozen: the same
+ * report again and again. Damaged: one bit of each report is wrong. */
+typedef enum {
+    EYES_OPEN,
+    EYES_BLACK,
+    EYES_BLIND_TO_BALL,
+    EYES_DEAD,
+    EYES_FROZEN,
+    EYES_DAMAGED
+} pitch_eyes_t;
 
 typedef struct {
     double due_s; /* when the attention interrupt comes */

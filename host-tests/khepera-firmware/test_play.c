@@ -6,11 +6,14 @@
 // sources: khepera-firmware/soccer/strategy.c khepera-firmware/soccer/world.c
 // includes: khepera-firmware host-tests/khepera-firmware
 /* Whole kick-offs in a closed loop: does it score, and only with its eyes? */
+#include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <unity.h>
 
 #include "imagined_pitch.h"
 
+#define PI            3.14159265358979
 #define SEEDS         60u
 #define PLAY_S        60.0
 /* What must be reached, of SEEDS; a single seed may go either way. */
@@ -93,6 +96,95 @@ static void it_never_scores_without_reports(void)
     check_that_it_never_scores(EYES_DEAD);
 }
 
+/* ---- Belief against truth, while the ball is in view ---- */
+
+#define SAMPLES_MAX 20000u
+/* Nearer, the ball is clipped, and a millimetre is half a degree. */
+#define NEAR_MM     150
+
+typedef struct {
+    double value[SAMPLES_MAX];
+    unsigned count;
+} samples_t;
+
+static samples_t range_percent;
+static samples_t bearing_deg;
+static samples_t place_mm;
+
+static void add(samples_t *samples, double value)
+{
+    if (samples->count < SAMPLES_MAX)
+        samples->value[samples->count++] = value;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double left = *(const double *)a;
+    double right = *(const double *)b;
+
+    return left < right ? -1 : left > right;
+}
+
+static double percentile(samples_t *samples, unsigned percent)
+{
+    qsort(samples->value, samples->count, sizeof samples->value[0], ascending);
+    return samples->value[(samples->count - 1) * percent / 100];
+}
+
+static void sample_belief(void)
+{
+    const world_t *world = &pitch.robot.soccer.world;
+    double dx = pitch.ball_x - pitch.x;
+    double dy = pitch.ball_y - pitch.y;
+    double bearing = atan2(dy, dx) - pitch.heading;
+    double bx;
+    double by;
+    pose_t pose;
+
+    odometry_pose(&world->odometry, &pose);
+    if (hypot(dx, dy) < NEAR_MM || !world->localised || !world->ball.known ||
+        world->ball.age_ticks > 3)
+        return;
+    bx = (world->ball.x_q4 - pose.x_q4) / 16.0;
+    by = (world->ball.y_q4 - pose.y_q4) / 16.0;
+    bearing -= atan2(by, bx) - pose.heading * PI / 32768;
+    add(&range_percent, 100 * fabs(hypot(bx, by) / hypot(dx, dy) - 1));
+    add(&bearing_deg, fabs(remainder(bearing, 2 * PI)) * 180 / PI);
+    add(&place_mm, hypot(pose.x_q4 / 16.0 - pitch.x, pose.y_q4 / 16.0 - pitch.y));
+}
+
+static void what_it_believes_is_nearly_true(void)
+{
+    char message[200];
+    uint32_t seed;
+    double time_s;
+
+    range_percent.count = 0;
+    bearing_deg.count = 0;
+    place_mm.count = 0;
+    for (seed = 1; seed <= SEEDS; seed++) {
+        pitch_begin(&pitch, seed, EYES_OPEN, 1);
+        (void)pitch_play(&pitch, 0.1);
+        for (time_s = 0; time_s < PLAY_S && pitch.goals_for == 0; time_s += 0.05) {
+            pitch_run(&pitch, 0.05);
+            sample_belief();
+        }
+    }
+    TEST_ASSERT_TRUE(range_percent.count > 1000);
+    snprintf(message, sizeof message,
+             "ball's range median %.1f %%, 90th %.1f %%; bearing %.2f, %.2f degrees; own place "
+             "%.0f, %.0f mm",
+             percentile(&range_percent, 50), percentile(&range_percent, 90),
+             percentile(&bearing_deg, 50), percentile(&bearing_deg, 90), percentile(&place_mm, 50),
+             percentile(&place_mm, 90));
+    puts(message);
+    TEST_ASSERT_TRUE_MESSAGE(percentile(&range_percent, 50) < 3, message);
+    TEST_ASSERT_TRUE_MESSAGE(percentile(&range_percent, 90) < 6, message);
+    TEST_ASSERT_TRUE_MESSAGE(percentile(&bearing_deg, 50) < 1, message);
+    TEST_ASSERT_TRUE_MESSAGE(percentile(&bearing_deg, 90) < 2, message);
+    TEST_ASSERT_TRUE_MESSAGE(percentile(&place_mm, 50) < 30, message);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -101,5 +193,6 @@ int main(void)
     RUN_TEST(it_never_scores_with_black_eyes);
     RUN_TEST(it_never_scores_if_it_cannot_see_the_ball);
     RUN_TEST(it_never_scores_without_reports);
+    RUN_TEST(what_it_believes_is_nearly_true);
     return UNITY_END();
 }

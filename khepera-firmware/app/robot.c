@@ -214,6 +214,10 @@ static void take_report(robot_t *robot)
             robot->bad_reports++;
         return;
     }
+    /* A turret that shows one report again and again has stopped seeing. */
+    if (robot->reports > 0 && report.sequence == robot->sequence)
+        return;
+    robot->sequence = report.sequence;
     robot->reports++;
     robot->silent_ticks = 0;
     robot->function = report.function;
@@ -235,6 +239,7 @@ void robot_init(robot_t *robot, const base_t *base)
     base->encoders(base->context, robot->counts);
     robot->ticks = 0;
     robot->reports = 0;
+    robot->sequence = 0;
     robot->bad_reports = 0;
     robot->silent_ticks = ROBOT_BLIND_SEARCH_TICKS;
     robot->function = FPGA_FUNCTION_NONE;

@@ -21,6 +21,7 @@ typedef struct {
     uint32_t ticks;    /* since start, 10 ms */
     uint32_t reports;  /* good ones */
     uint16_t bad_reports;
+    uint8_t sequence;      /* of the last good report */
     uint16_t silent_ticks; /* since the last good report; saturates */
     uint8_t function;      /* of the last good report: FPGA_FUNCTION_* */
     uint8_t playing;

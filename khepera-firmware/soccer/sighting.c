@@ -1,6 +1,5 @@
 #include "soccer/sighting.h"
 
-#include "link/registers.h"
 #include "soccer/angle.h"
 #include "vision/camera.h"
 #include "vision/depth.h"

@@ -29,8 +29,8 @@
 
 #define BALL_GATE_MM        60
 #define BALL_DOUBTS_MAX     3
-/* The ball's rolling loss, mm/s each tick: 0.25 m/s^2. An assumption; the filter corrects it. */
-#define BALL_SLOWING_MM_S   3
+/* The ball's rolling loss, mm/s each tick: 0.2 m/s^2. An assumption; the filter corrects it. */
+#define BALL_SLOWING_MM_S   2
 #define BALL_SPEED_MAX_MM_S 1000
 #define IN_PITCH_SLACK_MM   40
 #define WALL_SLACK_MM       15

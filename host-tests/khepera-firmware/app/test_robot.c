@@ -135,6 +135,29 @@ static void motors_stop_200_ms_after_the_last_report(void)
     TEST_ASSERT_FALSE(motors_off());
 }
 
+static void check_that_it_stops_and_recovers(pitch_eyes_t eyes)
+{
+    pitch_play(&pitch, 1.5);
+    TEST_ASSERT_FALSE(motors_off());
+    pitch.eyes = eyes;
+    pitch_run(&pitch, 0.3);
+    TEST_ASSERT_TRUE(motors_off());
+    pitch.eyes = EYES_OPEN;
+    pitch_run(&pitch, 0.3);
+    TEST_ASSERT_FALSE(motors_off());
+}
+
+static void damaged_reports_are_no_reports(void)
+{
+    check_that_it_stops_and_recovers(EYES_DAMAGED);
+    TEST_ASSERT_TRUE(pitch.robot.bad_reports > 5);
+}
+
+static void a_report_shown_again_and_again_is_none(void)
+{
+    check_that_it_stops_and_recovers(EYES_FROZEN);
+}
+
 static void a_flood_of_characters_does_not_stop_control(void)
 {
     static char flood[20000];
@@ -163,6 +186,8 @@ int main(void)
     RUN_TEST(status_says_what_it_believes);
     RUN_TEST(without_reports_it_says_why_and_only_turns);
     RUN_TEST(motors_stop_200_ms_after_the_last_report);
+    RUN_TEST(damaged_reports_are_no_reports);
+    RUN_TEST(a_report_shown_again_and_again_is_none);
     RUN_TEST(a_flood_of_characters_does_not_stop_control);
     return UNITY_END();
 }
