@@ -38,53 +38,47 @@ static void choose_bank(uint8_t number)
     tail = (uint16_t)(number * BANK_BLOCKS + TAIL_BLOCK);
 }
 
-/* 1 if the record in `wire` was never written. Asked of each bank, so it must be quick. */
-static uint8_t is_free(void)
+static uint16_t record_offset(uint16_t place)
 {
-    const XDATA uint8_t *at = wire;
-    uint8_t left = SLOT_RECORD_SIZE;
-
-    do {
-        if (*at++ != 0xFFu)
-            return 0;
-    } while (--left);
-    return 1;
+    return (uint16_t)(RECORD_OFFSET + place * SLOT_RECORD_SIZE);
 }
 
-/* Kind of the record at place `place` of the chosen bank. */
-static uint8_t read_record(uint16_t place)
+/* 1 if place `place` of the chosen bank was never written (SLOT_RECORD_FREE). */
+static uint8_t is_free(uint16_t place)
 {
-    flash_bus_read(tail, (uint16_t)(RECORD_OFFSET + place * SLOT_RECORD_SIZE), wire,
-                   SLOT_RECORD_SIZE);
-    return is_free() ? SLOT_RECORD_FREE : slot_record_decode(wire, &sequence);
+    return flash_bus_erased(tail, record_offset(place), SLOT_RECORD_SIZE);
 }
 
 /* The number of places in use. Records are only ever appended, so everything before the first free
- * place is in use and halving finds it; most banks have none at all. */
+ * place is in use and halving finds it. */
 static uint16_t count_records(void)
 {
     uint16_t used = 0;
     uint16_t unused = RECORD_PLACES;
-    uint16_t place = 0;
 
-    do {
-        if (read_record(place) == SLOT_RECORD_FREE)
+    while (used < unused) {
+        uint16_t place = (uint16_t)((used + unused) / 2u);
+
+        if (is_free(place))
             unused = place;
         else
             used = (uint16_t)(place + 1u);
-        place = (uint16_t)((used + unused) / 2u);
-    } while (used < unused);
+    }
     return used;
 }
 
 /* Leaves the newest DEFAULT record's number in `sequence`; 0 if the chosen bank has none. */
 static uint8_t find_newest_default(void)
 {
-    uint16_t place = count_records();
+    uint16_t place;
 
+    if (is_free(0)) /* as in most banks */
+        return 0;
+    place = count_records();
     while (place != 0) {
         place--;
-        if (read_record(place) == SLOT_RECORD_DEFAULT)
+        flash_bus_read(tail, record_offset(place), wire, SLOT_RECORD_SIZE);
+        if (slot_record_decode(wire, &sequence) == SLOT_RECORD_DEFAULT)
             return 1;
     }
     return 0;

@@ -6,15 +6,11 @@
 
 __sbit __at(0x80 + TURRET_PA_FLASH_CE) FLASH_CE_N;
 
-static void set_block(uint16_t block)
-{
-    IOD = (uint8_t)block;
-    IOE = (uint8_t)(block >> 8);
-}
-
 static void set_address(uint16_t block, uint16_t offset)
 {
-    set_block((uint16_t)(block + (uint8_t)(offset >> 8) / 2u));
+    block += (uint8_t)(offset >> 8) / 2u;
+    IOD = (uint8_t)block;
+    IOE = (uint8_t)(block >> 8);
     gpif_set_offset(offset & (TURRET_FLASH_BLOCK - 1u));
 }
 
@@ -22,7 +18,6 @@ void flash_bus_init(void)
 {
     FLASH_CE_N = 1;
     OEA |= 1u << TURRET_PA_FLASH_CE;
-    set_block(0);
     OED = 0xFF;
     OEE = 0xFF; /* bit 7 is GPIFADR8 */
 }
@@ -41,6 +36,12 @@ void flash_bus_read(uint16_t block, uint16_t offset, XDATA uint8_t *data, uint8_
 {
     set_address(block, offset);
     gpif_read(data, length);
+}
+
+uint8_t flash_bus_erased(uint16_t block, uint16_t offset, uint8_t length)
+{
+    set_address(block, offset);
+    return gpif_read_ones(length);
 }
 
 void flash_bus_write(uint16_t block, uint16_t offset, uint8_t value)

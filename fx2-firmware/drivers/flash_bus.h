@@ -21,6 +21,10 @@ void flash_bus_release(void);
 /* Read `length` bytes (1..255) at `block` and `offset`. */
 void flash_bus_read(uint16_t block, uint16_t offset, XDATA uint8_t *data, uint8_t length);
 
+/* 1 if the `length` bytes (1..255) at `block` and `offset` are all FF. Much quicker than reading
+ * them: the whole store is searched like this. */
+uint8_t flash_bus_erased(uint16_t block, uint16_t offset, uint8_t length);
+
 /* One write cycle: a command or a byte to program. Does not wait until the flash has done it. */
 void flash_bus_write(uint16_t block, uint16_t offset, uint8_t value);
 

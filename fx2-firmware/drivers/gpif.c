@@ -125,18 +125,38 @@ static void wait_single(void)
     }
 }
 
+/* One read cycle. The first access starts it and returns a byte of an earlier one; the cycle then
+ * takes as long as the two NOPs and the first look at DONE. */
+#define START_READ()                                                                               \
+    do {                                                                                           \
+        ignored = GPIFSGLDATLX;                                                                    \
+        __asm__("nop\n nop");                                                                      \
+        if (!(GPIFTRIG & GPIFTRIG_DONE))                                                           \
+            wait_single();                                                                         \
+    } while (0)
+
 void gpif_read(XDATA uint8_t *data, uint8_t length)
 {
-    uint8_t started;
+    uint8_t ignored;
 
     do {
-        started = GPIFSGLDATLX; /* what it returns belongs to an earlier read */
-        __asm__("nop\n nop");   /* the cycle takes as long as this and the next line */
-        if (!(GPIFTRIG & GPIFTRIG_DONE))
-            wait_single();
+        START_READ();
         *data++ = GPIFSGLDATLNOX;
     } while (--length);
-    (void)started;
+    (void)ignored;
+}
+
+uint8_t gpif_read_ones(uint8_t length)
+{
+    uint8_t ignored;
+
+    do {
+        START_READ();
+        if (GPIFSGLDATLNOX != 0xFFu)
+            return 0;
+    } while (--length);
+    (void)ignored;
+    return 1;
 }
 
 void gpif_write(uint8_t value)

@@ -21,6 +21,10 @@ void gpif_set_offset(uint16_t offset);
 /* Read `length` bytes (1..255) from consecutive offsets. */
 void gpif_read(XDATA uint8_t *data, uint8_t length);
 
+/* 1 if `length` bytes (1..255) from consecutive offsets are all FF. Stops at the first that is not.
+ */
+uint8_t gpif_read_ones(uint8_t length);
+
 /* One write cycle to the flash. */
 void gpif_write(uint8_t value);
 

@@ -103,6 +103,18 @@ void flash_bus_read(uint16_t block, uint16_t offset, uint8_t *data, uint8_t leng
     }
 }
 
+uint8_t flash_bus_erased(uint16_t block, uint16_t offset, uint8_t length)
+{
+    uint8_t byte;
+
+    while (length--) {
+        flash_bus_read(block, offset++, &byte, 1);
+        if (byte != 0xFF)
+            return 0;
+    }
+    return 1;
+}
+
 void flash_bus_write(uint16_t block, uint16_t offset, uint8_t value)
 {
     assert(!streaming);
