@@ -98,9 +98,16 @@ fn new_core() -> CpuCore {
     core
 }
 
-/// Instructions of the 68020 that a CPU32 lacks: CALLM, RTM, CAS, CAS2, PACK, UNPK, bit fields.
-fn lacking(opcode: u16) -> bool {
+/// MOVEC's control registers: SFC, DFC, USP, VBR. The 68020's others are illegal on a CPU32.
+fn control_register(extension: u16) -> bool {
+    matches!(extension & 0xFFF, 0x000 | 0x001 | 0x800 | 0x801)
+}
+
+/// Instructions of the 68020 that a CPU32 lacks: CALLM, RTM, CAS, CAS2, PACK, UNPK, bit fields, and
+/// MOVEC of registers that it has not.
+fn lacking(opcode: u16, extension: impl FnOnce() -> Option<u16>) -> bool {
     match opcode >> 12 {
+        0x4 => opcode & 0xFFFE == 0x4E7A && extension().is_some_and(|e| !control_register(e)),
         0x0 => opcode & 0xFFC0 == 0x06C0 || opcode & 0xF9C0 == 0x08C0 && opcode & 0x0600 != 0,
         0x8 => matches!(opcode & 0x01F0, 0x0140 | 0x0180),
         0xE => opcode & 0x08C0 == 0x08C0,
@@ -184,7 +191,9 @@ impl Cpu {
             return;
         }
         let start = bus.soc.clk;
-        if bus.soc.memory.peek_word(pc).is_some_and(lacking) {
+        let memory = &bus.soc.memory;
+        let extension = || memory.peek_word(pc.wrapping_add(2));
+        if memory.peek_word(pc).is_some_and(|opcode| lacking(opcode, extension)) {
             self.core.ppc = pc;
             self.mark();
             self.core.take_exception(bus, ILLEGAL);
@@ -250,6 +259,7 @@ impl Cpu {
             return false;
         }
         let Some(sr) = bus.soc.memory.peek_word(pc.wrapping_add(2)) else { return false };
+        bus.soc.warn(pc, false, "LPSTOP: QSM and GPT go on here, in the chip their clocks stop");
         self.core.pc = pc.wrapping_add(4);
         self.core.stop(sr);
         true
@@ -359,14 +369,17 @@ mod tests {
     fn opcodes_of_the_68020_only_are_told_from_their_neighbours() {
         // bfffo, bfextu, cas.b, cas.l, cas2, callm, rtm, pack, unpk
         for opcode in [0xEDC0, 0xE9C0, 0x0AD0, 0x0ED0, 0x0CFC, 0x06D0, 0x06C1, 0x8141, 0x8189] {
-            assert!(lacking(opcode), "{opcode:#06x}");
+            assert!(lacking(opcode, || None), "{opcode:#06x}");
         }
         // lsl.w, asr memory, bset #, btst, moves.l, addi.l, sbcd, or.w, divu.w, ror.l
         for opcode in [
             0xE148, 0xE0D0, 0x08C0, 0x0800, 0x0E90, 0x0690, 0x8101, 0x8050, 0x80C1, 0xE098, 0xE6D0,
             0xE7D0, 0x08D0,
         ] {
-            assert!(!lacking(opcode), "{opcode:#06x}");
+            assert!(!lacking(opcode, || None), "{opcode:#06x}");
         }
+        // movec vbr, usp; movec cacr, msp
+        assert!(!lacking(0x4E7A, || Some(0x0801)) && !lacking(0x4E7B, || Some(0x8800)));
+        assert!(lacking(0x4E7A, || Some(0x0002)) && lacking(0x4E7B, || Some(0x8803)));
     }
 }

@@ -214,6 +214,42 @@ fn queue_delays_and_widths_are_those_of_the_registers() {
 }
 
 #[test]
+fn a_wrapping_queue_runs_until_halted_and_goes_on_after() {
+    let code = format!(
+        "{QUEUE}
+         move.w #0x4301,(SPCR2).w      | WREN, WRTO = 0: entries 1, 2, 3, then 0..3 for ever
+         move.w #0x8404,(SPCR1).w
+         move.w #1000,%d0
+         first: dbra %d0,first
+         move.b #0x01,(SPCR3).w        | HALT
+         halting: btst #5,(SPSR).w     | HALTA
+         beq halting
+         move.b (SPSR).w,(RESULTS).l
+         move.w #2000,%d0
+         second: dbra %d0,second
+         move.b (SPSR).w,(RESULTS+1).l
+         clr.b (SPSR).w
+         clr.b (SPCR3).w
+         third: tst.b (SPSR).w         | SPIF again
+         bpl third
+         clr.w (SPCR1).w
+         stop #0x2700"
+    );
+    let mut base = program(&[], &code);
+    let mut turret = Recorder::default();
+    base.run_until(5 * MS, &mut turret);
+    let words: Vec<u16> = turret.words.iter().map(|w| w.1).collect();
+    assert!(words.len() > 20, "{} words", words.len());
+    assert_eq!(words[..8], [0xA50E, 0xA50D, 0xA50C, 0xA50F, 0xA50E, 0xA50D, 0xA50C, 0xA50F]);
+    let pauses = turret.words.windows(2).filter(|w| w[1].0 - w[0].0 > 300 * US);
+    assert_eq!(pauses.count(), 1, "halted once");
+    assert_eq!(result(&base, 0) >> 8, result(&base, 0) & 0xFF, "nothing went on while halted");
+    let count = turret.words.len();
+    base.run_until(10 * MS, &mut turret);
+    assert_eq!(turret.words.len(), count, "clearing SPE stops it");
+}
+
+#[test]
 fn without_its_pins_the_queue_reaches_nobody() {
     let code = format!(
         "{QUEUE}

@@ -179,6 +179,7 @@ fn stop_and_lpstop_wait_for_the_periodic_interrupt() {
         assert_eq!(result(&base, 2), 1, "{wait}: one pass a tick");
         let load = base.load();
         assert!(load.busy_clocks < load.idle_clocks / 100, "{wait}: {load:?}");
+        assert_eq!(base.diagnostics().len(), usize::from(wait.starts_with(".short")), "{wait}");
     }
 }
 
@@ -351,4 +352,54 @@ fn the_worst_interrupt_latency_is_the_longest_time_masked() {
     base.run_until(3 * SECOND, &mut Unconnected);
     let long = base.worst_interrupt_latency()[6];
     assert!(long > SECOND && long < 3 * SECOND, "{long} ps");
+}
+
+#[test]
+fn user_state_has_its_own_stack_and_may_not_do_everything() {
+    let base = ran(
+        &[(8, "privilege"), (3, "odd"), (33, "back")],
+        "move.l #0x170000,%a0
+         move.l %a0,%usp
+         move.w #0,%sr                 | user
+         user: move.w #0x2700,%sr
+         tst.w (0x100001).l
+         pea (RAM).l
+         trap #1
+         privilege: move.l 2(%sp),%d0
+         sub.l #user,%d0
+         move.l %d0,(RESULTS).l
+         addq.l #4,2(%sp)              | skip it
+         rte
+         odd: move.w 22(%sp),(RESULTS+4).l
+         move.w (%sp),(RESULTS+6).l
+         addq.l #6,2(%sp)
+         rte
+         back: move.l %sp,(RESULTS+8).l
+         move.l %usp,%a0
+         move.l %a0,(RESULTS+12).l
+         stop #0x2700",
+    );
+    assert_eq!(result_long(&base, 0), 0, "the privileged instruction is where it was stopped");
+    assert_eq!(result(&base, 4) & 7, 1, "user data");
+    assert_eq!(result(&base, 6) & 0x2000, 0, "from user state");
+    assert_eq!(result_long(&base, 8), 0x18_0000 - 8, "one frame on the supervisor's stack");
+    assert_eq!(result_long(&base, 12), 0x17_0000 - 4, "what PEA left on the user's");
+}
+
+#[test]
+fn tracing_stops_after_every_instruction() {
+    let base = ran(
+        &[(9, "trace")],
+        "clr.w (RESULTS).l
+         move.w #0xA700,%sr            | T1
+         nop
+         moveq #1,%d0
+         move.w #0x2700,%sr
+         stop #0x2700
+         trace: addq.w #1,(RESULTS).l
+         move.w 6(%sp),(RESULTS+2).l
+         rte",
+    );
+    assert_eq!(result(&base, 0), 3, "nop, moveq and the move that ends it");
+    assert_eq!(result(&base, 2), 0x2024, "format $2, vector 9");
 }

@@ -60,6 +60,7 @@ const PRELUDE: &str = "
         .equ    SPCR0, 0xFFFFFC18
         .equ    SPCR1, 0xFFFFFC1A
         .equ    SPCR2, 0xFFFFFC1C
+        .equ    SPCR3, 0xFFFFFC1E
         .equ    SPSR, 0xFFFFFC1F
         .equ    QRX, 0xFFFFFD00
         .equ    QTX, 0xFFFFFD20
