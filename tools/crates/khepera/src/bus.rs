@@ -9,8 +9,6 @@ use crate::turret_bus::TurretBus;
 
 /// System clocks of an access to a register.
 const REGISTER_CLOCKS: u64 = 2;
-/// System clocks after which the bus monitor ends an access that nobody answers (BMT = 0).
-const BUS_MONITOR_CLOCKS: u64 = 64;
 const ADDRESS_MASK: u32 = 0xFF_FFFF;
 
 /// An access that ended in a bus or address error.
@@ -36,17 +34,15 @@ pub(crate) struct Bus<'a, T> {
 impl<T: TurretBus> Bus<'_, T> {
     #[cold]
     fn fail(&mut self, fault: Fault) -> BusFault {
-        if !fault.odd {
-            self.soc.clk += BUS_MONITOR_CLOCKS;
-            let what = match (fault.hangs, fault.instruction) {
-                (true, _) => "nobody answers and SYPCR.BME is 0: the CPU hangs",
-                (false, true) => "nobody answers: bus error (instruction fetch)",
-                (false, false) => "nobody answers: bus error",
-            };
-            self.soc.warn(fault.address, fault.write, what);
+        let what = if fault.odd {
+            "odd address: address error"
+        } else if fault.hangs {
+            "nobody answers and SYPCR.BME is 0: the CPU hangs"
         } else {
-            self.soc.warn(fault.address, fault.write, "odd address: address error");
-        }
+            self.soc.clk += self.soc.system.bus_monitor_clocks();
+            "nobody answers: bus error"
+        };
+        self.soc.warn(fault.address, fault.write, what);
         self.soc.fault = Some(fault);
         BusFault { kind: BusFaultKind::BusError, address: fault.address }
     }

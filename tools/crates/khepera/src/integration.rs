@@ -162,6 +162,11 @@ impl Integration {
         self.sypcr & sypcr::BME != 0
     }
 
+    /// System clocks after which the bus monitor ends an access that nobody answers (BMT).
+    pub fn bus_monitor_clocks(&self) -> u64 {
+        64 >> (self.sypcr & 3)
+    }
+
     pub fn halt_monitor(&self) -> bool {
         self.sypcr & sypcr::HME != 0
     }

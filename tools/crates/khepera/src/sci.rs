@@ -48,8 +48,8 @@ fn level(character: u8, bit: u64) -> bool {
     }
 }
 
-/// What a UART with bits of `own_ps` makes of a character sent in bits of `sent_ps`; None if its
-/// stop bit is wrong. `next` says whether another character follows at once.
+/// What a UART with bits of `own_ps` makes of a character sent in bits of `sent_ps`, and whether it
+/// finds the stop bit. `next` is the character that follows at once, if any.
 fn resample(character: u8, sent_ps: Ps, own_ps: Ps, next: Option<u8>) -> (u8, bool) {
     let sample = |bit: u64| {
         let position = (2 * bit + 1) * own_ps / (2 * sent_ps);
