@@ -107,8 +107,6 @@ static uint8_t get_interface(void)
 
 static uint8_t config_status(void)
 {
-    if (usb_setup.length < CONFIG_STATUS_SIZE)
-        return 0;
     config_status_encode(configure_status(), reply);
     return answer(reply, CONFIG_STATUS_SIZE);
 }

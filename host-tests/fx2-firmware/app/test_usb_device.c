@@ -204,6 +204,9 @@ static void test_the_fpgas_status_is_passed_on(void)
     config_status_encode(&fpga_status, wire);
     request(0xC0, REQUEST_CONFIG_STATUS, 0, 0, CONFIG_STATUS_SIZE);
     assert_sent(wire, CONFIG_STATUS_SIZE);
+    request(0xC0, REQUEST_CONFIG_STATUS, 0, 0, 5);
+    assert_sent(wire, 5);
+    TEST_ASSERT_FALSE(fake_usb_answer.short_of_request);
     request(0xC0, REQUEST_CONFIG_STATUS, 0, 0, 4096);
     assert_sent(wire, CONFIG_STATUS_SIZE);
     TEST_ASSERT_TRUE(fake_usb_answer.short_of_request);
@@ -214,8 +217,6 @@ static void test_an_ill_formed_status_request_stalls(void)
     request(0xC0, REQUEST_CONFIG_STATUS, 1, 0, CONFIG_STATUS_SIZE);
     assert_stalled();
     request(0xC0, REQUEST_CONFIG_STATUS, 0, 1, CONFIG_STATUS_SIZE);
-    assert_stalled();
-    request(0xC0, REQUEST_CONFIG_STATUS, 0, 0, CONFIG_STATUS_SIZE - 1);
     assert_stalled();
     request(0x40, REQUEST_CONFIG_STATUS, 0, 0, 0);
     assert_stalled();
