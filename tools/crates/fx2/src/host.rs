@@ -1,6 +1,9 @@
 //! A small USB host inside the program: resets, enumerates, and does control and bulk transfers in
 //! simulated time. Deterministic; every wait has an end.
 
+pub use crate::frames::PACKETS_PER_MICROFRAME;
+
+use crate::frames::Frames;
 use crate::{Fx2, InReply, OutReply, PACKET_MAX, Speed};
 use sim::{MS, Ps, US};
 use thiserror::Error;
@@ -12,22 +15,8 @@ const RECOVERY_TIME: Ps = 10 * MS;
 /// A device must have been attached this long before its reset (USB 2.0, 7.1.7.3).
 const DEBOUNCE_TIME: Ps = 100 * MS;
 const ATTACH_POLL_TIME: Ps = 100 * US;
-/// Data of a transaction that got NAK, in byte times: none.
+/// A transaction that got NAK carries no data.
 const NAK_BYTES: usize = 0;
-/// Most bulk packets of 512 bytes that fit into a microframe (USB 2.0, table 5-10).
-pub const PACKETS_PER_MICROFRAME: u8 = 13;
-
-/// How one speed shares its time out (USB 2.0, tables 5-9 and 5-10): frames of so many byte times,
-/// and what a bulk transaction takes besides its data.
-#[derive(Clone, Copy, Debug)]
-struct Frame {
-    time: Ps,
-    bytes: u64,
-    overhead: u64,
-}
-
-const MICROFRAME: Frame = Frame { time: 125 * US, bytes: 7500, overhead: 55 };
-const FRAME: Frame = Frame { time: MS, bytes: 1500, overhead: 13 };
 
 /// Where the chip lives: lets the host hold it and pass time.
 pub trait Link {
@@ -138,21 +127,13 @@ impl Request {
 /// The host's memory of one device.
 #[derive(Clone, Debug)]
 pub struct Host {
-    speed: Speed,
+    frames: Frames,
     /// Data toggle expected next, by endpoint number: IN and OUT.
     toggle_in: u16,
     toggle_out: u16,
     /// Longest time for one transfer.
     budget: Ps,
     allow_high_speed: bool,
-    /// The end of the last reset: frames are counted from here.
-    epoch: Ps,
-    /// Byte times used in the frame with this number.
-    frame: u64,
-    used: u64,
-    packets: u8,
-    /// Most packets with data in a frame.
-    packet_limit: u8,
 }
 
 impl Default for Host {
@@ -166,16 +147,11 @@ impl Host {
     #[must_use]
     pub fn new() -> Self {
         Self {
-            speed: Speed::Full,
+            frames: Frames::new(),
             toggle_in: 0,
             toggle_out: 0,
             budget: 1000 * MS,
             allow_high_speed: true,
-            epoch: 0,
-            frame: 0,
-            used: 0,
-            packets: 0,
-            packet_limit: PACKETS_PER_MICROFRAME,
         }
     }
 
@@ -193,7 +169,7 @@ impl Host {
     /// Lets at most `limit` (1..=13) packets with data into a microframe: a host controller that is
     /// busy with others, or a poor one.
     pub fn set_packet_limit(&mut self, limit: u8) {
-        self.packet_limit = limit.clamp(1, PACKETS_PER_MICROFRAME);
+        self.frames.set_limit(limit);
     }
 
     /// Waits for a device, resets it, reads its descriptors, gives it address 1 and configuration 1
@@ -228,7 +204,7 @@ impl Host {
         let set = Request { kind: 0, request: 9, value: u16::from(head[5]), index: 0 };
         self.control_out(link, set, &[])?;
         (self.toggle_in, self.toggle_out) = (0, 0);
-        Ok(Device { device, configuration, speed: self.speed })
+        Ok(Device { device, configuration, speed: self.frames.speed })
     }
 
     /// Waits until the device has been attached for 100 ms on end. A chip that disconnects in order
@@ -254,10 +230,10 @@ impl Host {
         link.fx2().usb_reset();
         self.pass(link, RESET_TIME);
         let high = self.allow_high_speed && link.fx2().usb_wants_high_speed();
-        self.speed = if high { Speed::High } else { Speed::Full };
+        let speed = if high { Speed::High } else { Speed::Full };
         (self.toggle_in, self.toggle_out) = (0, 0);
-        link.fx2().usb_reset_done(self.speed);
-        (self.epoch, self.frame, self.used, self.packets) = (link.fx2().now(), 0, 0, 0);
+        link.fx2().usb_reset_done(speed);
+        self.frames.restart(link.fx2().now(), speed);
         self.pass(link, RECOVERY_TIME);
     }
 
@@ -397,25 +373,10 @@ impl Host {
         Ok(())
     }
 
-    /// The bus is busy with a transaction of `length` data bytes. One that does not fit into the
-    /// present frame is put off to the next.
+    /// The bus is busy with a transaction of `length` data bytes.
     fn packet_time(&mut self, link: &mut impl Link, length: usize) {
-        let (frame, limit) = match self.speed {
-            Speed::Full => (FRAME, u8::MAX),
-            Speed::High => (MICROFRAME, self.packet_limit),
-        };
-        let need = length as u64 + frame.overhead;
-        let now = (link.fx2().now() - self.epoch) / frame.time;
-        if now > self.frame {
-            (self.frame, self.used, self.packets) = (now, 0, 0);
-        }
-        if self.used + need > frame.bytes || length > 0 && self.packets >= limit {
-            (self.frame, self.used, self.packets) = (self.frame + 1, 0, 0);
-        }
-        self.used += need;
-        self.packets += u8::from(length > 0);
-        let over = self.frame * frame.time + self.used * frame.time / frame.bytes;
-        link.run_until(self.epoch + over);
+        let over = self.frames.place(link.fx2().now(), length);
+        link.run_until(over);
     }
 
     fn pass(&self, link: &mut impl Link, time: Ps) {

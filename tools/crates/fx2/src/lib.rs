@@ -22,11 +22,13 @@
 //! ```
 
 mod boot;
+pub mod bus;
 mod chip;
 mod descriptors;
 mod diagnostics;
 pub mod eeprom;
 mod endpoints;
+mod frames;
 mod gpif;
 pub mod host;
 mod i2c;
