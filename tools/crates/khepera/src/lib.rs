@@ -142,7 +142,7 @@ impl Base {
 
     /// Run until time `t`. The last instruction may end a little later: see [`Base::now`].
     pub fn run_until(&mut self, t: Ps, turret: &mut impl TurretBus) {
-        self.soc.poll_pins(turret);
+        self.soc.poll_pins(self.soc.clk, turret);
         self.soc.plan();
         self.supervise(turret);
         let mut end = self.soc.time.clk_at_or_after(t);

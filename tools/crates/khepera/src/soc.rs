@@ -220,17 +220,17 @@ impl Soc {
             self.reset_request = Some(ResetCause::Watchdog);
         }
         if self.pin_poll_clk <= clk {
-            self.poll_pins(turret);
+            self.poll_pins(clk, turret);
         }
     }
 
-    /// Look at the turret's interrupt lines.
-    pub fn poll_pins(&mut self, turret: &mut impl TurretBus) {
-        let now = self.time.ps(self.clk);
+    /// Look at the turret's interrupt lines at clock `clk`: times on the border never go back.
+    pub fn poll_pins(&mut self, clk: u64, turret: &mut impl TurretBus) {
+        let now = self.time.ps(clk);
         let levels = turret.irq_pins(now);
         self.irq7_edge |= self.irq_levels & !levels & 0x80 != 0;
         self.irq_levels = levels;
-        self.pin_poll_clk = self.time.clk_at_or_after(now + PIN_POLL).max(self.clk + 1);
+        self.pin_poll_clk = self.time.clk_at_or_after(now + PIN_POLL).max(clk + 1);
     }
 
     fn drive_pins(&mut self, clk: u64, pins: Option<Pins>, turret: &mut impl TurretBus) {
@@ -247,7 +247,7 @@ impl Soc {
                 self.qsm.qspi.received(answer, bits);
             }
         }
-        self.poll_pins(turret);
+        self.poll_pins(clk, turret);
     }
 
     // ---- interrupts

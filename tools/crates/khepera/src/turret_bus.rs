@@ -2,7 +2,7 @@
 
 use sim::Ps;
 
-/// The turret bus: QSPI transfers and attention lines.
+/// The turret bus: QSPI transfers and attention lines. Times never go back from call to call.
 pub trait TurretBus {
     /// The chip selects PCS[3:0] changed (active low, 0xF = nobody selected).
     fn select(&mut self, now: Ps, pcs: u8);

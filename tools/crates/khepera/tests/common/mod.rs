@@ -165,19 +165,31 @@ pub struct Recorder {
     pub answers: Vec<u16>,
     /// IRQ lines that are pulled low.
     pub asserted: u8,
+    /// Time of the last call.
+    pub last: Ps,
+}
+
+impl Recorder {
+    fn at(&mut self, now: Ps) {
+        assert!(now >= self.last, "time went back from {} to {now}", self.last);
+        self.last = now;
+    }
 }
 
 impl TurretBus for Recorder {
     fn select(&mut self, now: Ps, pcs: u8) {
+        self.at(now);
         self.selects.push((now, pcs));
     }
 
     fn exchange(&mut self, now: Ps, word: u16, bits: u8) -> u16 {
+        self.at(now);
         self.words.push((now, word, bits));
         self.answers.get(self.words.len() - 1).copied().unwrap_or(0xFFFF)
     }
 
-    fn irq_pins(&mut self, _now: Ps) -> u8 {
+    fn irq_pins(&mut self, now: Ps) -> u8 {
+        self.at(now);
         !self.asserted
     }
 }
