@@ -115,6 +115,7 @@ impl Soc {
         self.fault = None;
         self.reset_request = None;
         self.irq7_edge = false;
+        self.requested = 0; // what was asked of the program before is not its successor's latency
         self.memory.remap(&self.system);
         self.plan_drive();
         self.plan();
