@@ -4,7 +4,7 @@ use sim::Ps;
 
 /// The turret bus: QSPI transfers and attention lines. Times never go back from call to call.
 pub trait TurretBus {
-    /// The chip selects PCS[3:0] changed (active low, 0xF = nobody selected).
+    /// The chip selects `PCS[3:0]` changed (active low, 0xF = nobody selected).
     fn select(&mut self, now: Ps, pcs: u8);
 
     /// One queue entry of `bits` (8..=16) bits, right-aligned, out and in at the same time.
