@@ -6,6 +6,7 @@
 #include "link/requests.h"
 #include "link/slots.h"
 #include "vision/camera.h"
+#include "vision/dense.h"
 #include "vision/depth.h"
 #include "vision/robot_eye.h"
 

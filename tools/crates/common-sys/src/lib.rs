@@ -1,6 +1,7 @@
 //! The only door from Rust to the C of `common/`: safe functions over its codecs and kernels, and
 //! its constants. Nothing here computes; nothing elsewhere says `extern "C"`.
 
+pub mod dense;
 pub mod link;
 pub mod vision;
 

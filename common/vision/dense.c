@@ -1,0 +1,368 @@
+#include "vision/dense.h"
+
+#include "vision/color.h"
+#include "vision/multiversion.h"
+
+#define FULL_HUE 180 /* color.h: 2 degrees a unit */
+
+static int higher_is_better(match_method_t method)
+{
+    return method == MATCH_CORR || method == MATCH_NCC;
+}
+
+/* What a pass over the pictures works on. All rows hold one word for each pixel of a row; entry x
+ * of a sum belongs to the block whose left column is x. */
+typedef struct {
+    const dense_eye_t *left;
+    const dense_eye_t *right;
+    const dense_params_t *params;
+    uint32_t width;
+    uint32_t *columns;     /* [disparities][width]: costs added up over the rows of the window */
+    uint32_t *energy[2];   /* NCC: squares added up over the window, of left and right */
+    uint32_t *sums;        /* costs of whole blocks at one disparity */
+    uint32_t *partial;     /* on the way to sums */
+    uint32_t *best;        /* the best cost so far */
+    uint32_t *best_at;     /* its disparity */
+    uint32_t *best_energy; /* NCC: energy of the other eye's block there */
+    uint32_t *block_energy;
+} pass_t;
+
+#define ROW_BUFFERS     4u
+#define NCC_ROW_BUFFERS 4u
+
+static int params_fit(const dense_params_t *p)
+{
+    return p->method <= MATCH_NCC && p->planes >= 1 && p->planes <= DENSE_MAX_PLANES &&
+           p->block >= 1 && p->block <= MATCH_MAX_BLOCK && p->disparities >= 1 &&
+           p->disparities <= DENSE_MAX_DISPARITIES;
+}
+
+uint32_t dense_work_words(uint16_t width, const dense_params_t *params)
+{
+    uint32_t rows = ROW_BUFFERS;
+
+    if (!params_fit(params) || width == 0 || width > DENSE_MAX_SIDE)
+        return 0;
+    if (params->method == MATCH_NCC)
+        rows += NCC_ROW_BUFFERS;
+    return (rows + params->disparities) * width;
+}
+
+static void share_out(pass_t *pass, uint32_t *work)
+{
+    uint32_t width = pass->width;
+
+    pass->columns = work;
+    work += pass->params->disparities * width;
+    pass->sums = work;
+    pass->partial = work + width;
+    pass->best = work + 2 * width;
+    pass->best_at = work + 3 * width;
+    if (pass->params->method == MATCH_NCC) {
+        pass->energy[0] = work + 4 * width;
+        pass->energy[1] = work + 5 * width;
+        pass->best_energy = work + 6 * width;
+        pass->block_energy = work + 7 * width;
+    }
+}
+
+/* Costs of n pixels. Unsigned arithmetic wraps: adding a row with sign 1 and later the same row
+ * with sign -1 (all ones) leaves exactly the rest. */
+MULTIVERSION
+static void add_sad(const uint8_t *a, const uint8_t *b, uint32_t n, uint32_t sign, uint32_t *sums)
+{
+    uint32_t x;
+
+    for (x = 0; x < n; x++)
+        sums[x] += sign * (uint32_t)((a[x] > b[x] ? a[x] : b[x]) - (a[x] < b[x] ? a[x] : b[x]));
+}
+
+MULTIVERSION
+static void add_ssd(const uint8_t *a, const uint8_t *b, uint32_t n, uint32_t sign, uint32_t *sums)
+{
+    uint32_t x;
+
+    for (x = 0; x < n; x++)
+        sums[x] += sign * (uint32_t)((a[x] - b[x]) * (a[x] - b[x]));
+}
+
+MULTIVERSION
+static void add_product(const uint8_t *a, const uint8_t *b, uint32_t n, uint32_t sign,
+                        uint32_t *sums)
+{
+    uint32_t x;
+
+    for (x = 0; x < n; x++)
+        sums[x] += sign * (uint32_t)(a[x] * b[x]);
+}
+
+/* Hues: the shorter way round, to the power of 1 or 2. */
+MULTIVERSION
+static void add_hue(const uint8_t *a, const uint8_t *b, uint32_t n, int squared, uint32_t sign,
+                    uint32_t *sums)
+{
+    uint32_t x;
+
+    for (x = 0; x < n; x++) {
+        int way = a[x] > b[x] ? a[x] - b[x] : b[x] - a[x];
+
+        way = way > FULL_HUE - way ? FULL_HUE - way : way;
+        sums[x] += sign * (uint32_t)(squared ? way * way : way);
+    }
+}
+
+static void add_plane(const dense_params_t *params, int is_hue, const uint8_t *a, const uint8_t *b,
+                      uint32_t n, uint32_t sign, uint32_t *sums)
+{
+    if (higher_is_better(params->method))
+        add_product(a, b, n, sign, sums);
+    else if (is_hue)
+        add_hue(a, b, n, params->method == MATCH_SSD, sign, sums);
+    else if (params->method == MATCH_SSD)
+        add_ssd(a, b, n, sign, sums);
+    else
+        add_sad(a, b, n, sign, sums);
+}
+
+/* Add row y (sign 1) to the window or take it out (sign -1). Column x of disparity d belongs to
+ * reference pixel x; columns without a partner in the other eye stay 0 and are never used. */
+static void add_row(const pass_t *pass, uint32_t y, uint32_t sign)
+{
+    uint32_t row = y * pass->left->stride;
+    uint32_t plane;
+    uint32_t d;
+
+    for (plane = 0; plane < pass->params->planes; plane++) {
+        const uint8_t *left = pass->left->planes[plane] + row;
+        const uint8_t *right = pass->right->planes[plane] + row;
+        int is_hue = pass->params->hue_first && plane == 0;
+
+        for (d = 0; d < pass->params->disparities && d < pass->width; d++) {
+            uint32_t *columns = pass->columns + d * pass->width;
+
+            if (!pass->params->reference_is_right)
+                columns += d;
+            add_plane(pass->params, is_hue, left + d, right, pass->width - d, sign, columns);
+        }
+        if (pass->params->method == MATCH_NCC) {
+            add_product(left, left, pass->width, sign, pass->energy[0]);
+            add_product(right, right, pass->width, sign, pass->energy[1]);
+        }
+    }
+}
+
+/* sums[x] = columns[x] + .. + columns[x + block - 1] for x < n, by doubling: `partial` holds sums
+ * of 1, 2, 4 ... columns, and those that the block's binary digits name are put side by side. */
+MULTIVERSION
+static void box_sums(const uint32_t *columns, uint32_t n, uint32_t block, uint32_t *partial,
+                     uint32_t *sums)
+{
+    uint32_t length = n + block - 1;
+    uint32_t span;
+    uint32_t done = 0;
+    uint32_t x;
+
+    for (x = 0; x < length; x++)
+        partial[x] = columns[x];
+    for (x = 0; x < n; x++)
+        sums[x] = 0;
+    for (span = 1; span <= block; span *= 2) {
+        if (block & span) {
+            for (x = 0; x < n; x++)
+                sums[x] += partial[x + done];
+            done += span;
+        }
+        if (2 * span <= block)
+            for (x = 0; x + 2 * span <= length; x++)
+                partial[x] += partial[x + span];
+    }
+}
+
+/* Ties stay with the smaller disparity: those come first. */
+MULTIVERSION
+static void keep_lowest(const uint32_t *sums, uint32_t n, uint32_t d, uint32_t *best,
+                        uint32_t *best_at)
+{
+    uint32_t x;
+
+    for (x = 0; x < n; x++) {
+        best_at[x] = sums[x] < best[x] ? d : best_at[x];
+        best[x] = sums[x] < best[x] ? sums[x] : best[x];
+    }
+}
+
+MULTIVERSION
+static void keep_highest(const uint32_t *sums, uint32_t n, uint32_t d, uint32_t *best,
+                         uint32_t *best_at)
+{
+    uint32_t x;
+
+    for (x = 0; x < n; x++) {
+        best_at[x] = sums[x] > best[x] ? d : best_at[x];
+        best[x] = sums[x] > best[x] ? sums[x] : best[x];
+    }
+}
+
+/* product_a^2 / energy_a > product_b^2 / energy_b, without rounding: both sides times both energies
+ * are 96 bits wide. The reference block's own energy is the same on both sides. A block of zeros
+ * correlates with nothing; its energy counts as 1 so that the product, 0, decides. */
+static int correlates_better(uint32_t product_a, uint32_t energy_a, uint32_t product_b,
+                             uint32_t energy_b)
+{
+    uint64_t square_a = (uint64_t)product_a * product_a;
+    uint64_t square_b = (uint64_t)product_b * product_b;
+    uint32_t times_a = energy_b ? energy_b : 1;
+    uint32_t times_b = energy_a ? energy_a : 1;
+    uint64_t low_a = (square_a & UINT32_MAX) * times_a;
+    uint64_t low_b = (square_b & UINT32_MAX) * times_b;
+    uint64_t high_a = (square_a >> 32) * times_a + (low_a >> 32);
+    uint64_t high_b = (square_b >> 32) * times_b + (low_b >> 32);
+
+    return high_a > high_b || (high_a == high_b && (uint32_t)low_a > (uint32_t)low_b);
+}
+
+static void keep_best_correlated(const uint32_t *sums, const uint32_t *energy, uint32_t n,
+                                 uint32_t d, uint32_t *best, uint32_t *best_energy,
+                                 uint32_t *best_at)
+{
+    uint32_t x;
+
+    for (x = 0; x < n; x++) {
+        if (!correlates_better(sums[x], energy[x], best[x], best_energy[x]))
+            continue;
+        best_at[x] = d;
+        best[x] = sums[x];
+        best_energy[x] = energy[x];
+    }
+}
+
+static void forget_best(const pass_t *pass)
+{
+    uint32_t worst = higher_is_better(pass->params->method) ? 0 : UINT32_MAX;
+    uint32_t x;
+
+    for (x = 0; x < pass->width; x++) {
+        pass->best[x] = worst;
+        pass->best_at[x] = 0; /* always a candidate, and the first among equals */
+        if (pass->params->method == MATCH_NCC)
+            pass->best_energy[x] = 0;
+    }
+}
+
+/* Find the best disparity of every block of the window's rows. */
+static void search_row(const pass_t *pass)
+{
+    const dense_params_t *params = pass->params;
+    uint32_t places = pass->width - params->block + 1;
+    uint32_t d;
+
+    forget_best(pass);
+    if (params->method == MATCH_NCC)
+        box_sums(pass->energy[!params->reference_is_right], places, params->block, pass->partial,
+                 pass->block_energy);
+    for (d = 0; d < params->disparities && d < places; d++) {
+        uint32_t first = params->reference_is_right ? 0 : d; /* x - d must be in the picture */
+        uint32_t other = params->reference_is_right ? d : 0; /* and so must x + d */
+        uint32_t n = places - d;
+
+        box_sums(pass->columns + d * pass->width + first, n, params->block, pass->partial,
+                 pass->sums);
+        if (params->method == MATCH_NCC)
+            keep_best_correlated(pass->sums, pass->block_energy + other, n, d, pass->best + first,
+                                 pass->best_energy + first, pass->best_at + first);
+        else if (params->method == MATCH_CORR)
+            keep_highest(pass->sums, n, d, pass->best + first, pass->best_at + first);
+        else
+            keep_lowest(pass->sums, n, d, pass->best + first, pass->best_at + first);
+    }
+}
+
+static void fill_row(int16_t *out, uint32_t width)
+{
+    uint32_t x;
+
+    for (x = 0; x < width; x++)
+        out[x] = DENSE_INVALID_Q4;
+}
+
+static void put_row(const pass_t *pass, int16_t *out)
+{
+    uint32_t block = pass->params->block;
+    uint32_t x;
+
+    fill_row(out, pass->width);
+    for (x = 0; x + block <= pass->width; x++)
+        out[x + block / 2] = (int16_t)(16 * (int32_t)pass->best_at[x]);
+}
+
+static dense_error_t check(const dense_eye_t *left, const dense_eye_t *right,
+                           const dense_params_t *params, uint32_t work_words, uint16_t out_stride)
+{
+    if (!params_fit(params) || left->width != right->width || left->height != right->height ||
+        left->stride != right->stride || left->stride < left->width || out_stride < left->width ||
+        left->width == 0 || left->width > DENSE_MAX_SIDE || left->height == 0 ||
+        left->height > DENSE_MAX_SIDE)
+        return DENSE_BAD_PARAM;
+    if (left->width < params->block || left->height < params->block)
+        return DENSE_TOO_SMALL;
+    if (work_words < dense_work_words(left->width, params))
+        return DENSE_NO_MEMORY;
+    return DENSE_OK;
+}
+
+dense_error_t dense_map(const dense_eye_t *left, const dense_eye_t *right,
+                        const dense_params_t *params, uint32_t *work, uint32_t work_words,
+                        int16_t *disparity_q4, uint16_t out_stride)
+{
+    dense_error_t error = check(left, right, params, work_words, out_stride);
+    pass_t pass = {left, right, params, left->width, 0, {0, 0}, 0, 0, 0, 0, 0, 0};
+    uint32_t block = params->block;
+    uint32_t y;
+
+    if (error != DENSE_OK)
+        return error;
+    share_out(&pass, work);
+    for (y = 0; y < dense_work_words(left->width, params); y++)
+        work[y] = 0;
+    for (y = 0; y < block / 2; y++)
+        fill_row(disparity_q4 + y * out_stride, pass.width);
+    for (y = 0; y < left->height; y++) {
+        add_row(&pass, y, 1);
+        if (y + 1 < block)
+            continue;
+        search_row(&pass);
+        put_row(&pass, disparity_q4 + (y + 1 - block + block / 2) * out_stride);
+        add_row(&pass, y + 1 - block, UINT32_MAX);
+    }
+    for (y = left->height - block + 1 + block / 2; y < left->height; y++)
+        fill_row(disparity_q4 + y * out_stride, pass.width);
+    return DENSE_OK;
+}
+
+void dense_planes(const uint8_t *rgb, uint32_t count, dense_color_t color,
+                  uint8_t *const planes[DENSE_MAX_PLANES])
+{
+    uint32_t i;
+
+    for (i = 0; i < count; i++, rgb += 3) {
+        hsv_t hsv;
+
+        switch (color) {
+        case DENSE_HSV:
+            hsv = color_hsv(rgb[0], rgb[1], rgb[2]);
+            planes[0][i] = hsv.hue;
+            planes[1][i] = hsv.saturation;
+            planes[2][i] = hsv.value;
+            break;
+        case DENSE_RGB:
+            planes[0][i] = rgb[0];
+            planes[1][i] = rgb[1];
+            planes[2][i] = rgb[2];
+            break;
+        case DENSE_GREY:
+        default:
+            planes[0][i] = color_grey(rgb[0], rgb[1], rgb[2]);
+            break;
+        }
+    }
+}

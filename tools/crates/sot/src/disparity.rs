@@ -1,0 +1,243 @@
+//! `sot disparity`: a dense disparity map of two pictures.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
+use clap::ValueEnum;
+use common_sys::dense::{self, Color, Map, Method, Params, Reference};
+use image::{Rgb, RgbImage};
+use serde::Serialize;
+
+use crate::eyes::{MAX_SIDE, Pair, PairArgs};
+use crate::output::{Usage, write_file, write_picture};
+
+/// Dense disparity map of two pictures, as in the paper's simulation
+///
+/// For each pixel of the left eye: by how many pixels the same thing lies further right there than
+/// in the right eye. The picture shows near things bright and pixels without a disparity black.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  sot disparity left.png right.png -o map.png
+  sot disparity left.jpg right.jpg --size 320x240 --method sad --color rgb -o map.png --paper
+  sot disparity left.png right.png -o map.png --raw map.pfm --json | jq .density")]
+pub struct Args {
+    #[command(flatten)]
+    pair: PairArgs,
+    /// Where to write the map as a picture (PNG)
+    #[arg(short, long, value_name = "OUT.png")]
+    output: PathBuf,
+    /// How blocks are compared
+    #[arg(long, value_enum, default_value = "sad")]
+    method: MethodArg,
+    /// Width and height of a block in pixels, 1..32; 8 covers -4..+3 around its pixel [default: 8]
+    #[arg(long, value_name = "N")]
+    block: Option<u8>,
+    /// Disparities 0..N-1 are searched, 1..256
+    #[arg(long, value_name = "N", default_value_t = 80)]
+    disparities: u16,
+    /// What of a pixel is compared; of colours the differences of all three parts are added
+    #[arg(long, value_enum, default_value = "gray")]
+    color: ColorArg,
+    /// Scale both pictures first, e.g. 320x240, the robot's size
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<(u32, u32)>,
+    /// Draw as in the paper: grey, near things dark, pixels without a disparity white
+    #[arg(long)]
+    paper: bool,
+    /// Write the disparities too: PFM, pixels, infinity where there is none
+    #[arg(long, value_name = "OUT.pfm")]
+    raw: Option<PathBuf>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MethodArg {
+    /// Sum of absolute differences
+    Sad,
+    /// Sum of squared differences
+    Ssd,
+    /// Normalised cross correlation
+    Ncc,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ColorArg {
+    /// Brightness
+    Gray,
+    /// Hue, saturation and value
+    Hsv,
+    /// Red, green and blue
+    Rgb,
+}
+
+/// What `--json` prints. Disparities are in pixels, null if no pixel has one.
+#[derive(Serialize)]
+struct Summary {
+    width: usize,
+    height: usize,
+    method: String,
+    color: String,
+    block: u8,
+    disparities: u16,
+    /// The share of pixels that have a disparity.
+    density: f64,
+    disparity_min: Option<f32>,
+    disparity_median: Option<f32>,
+    disparity_max: Option<f32>,
+}
+
+/// Run the verb.
+pub fn run(args: &Args) -> Result<()> {
+    let params = args.params()?;
+    let mut pair = Pair::load(&args.pair)?;
+    if let Some((width, height)) = args.size {
+        pair = pair.resized(width, height);
+    }
+    let map = compute(&pair, &params)?;
+
+    write_picture(&args.output, picture(&map, params.disparities, args.paper))?;
+    if let Some(raw) = &args.raw {
+        write_file(raw, &pfm(&map)?)?;
+    }
+    let summary = Summary::new(args, &params, &map);
+    if args.json {
+        println!("{}", serde_json::to_string(&summary)?);
+    } else {
+        summary.print(&args.output);
+    }
+    Ok(())
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let side = |part: &str| part.parse::<u32>().ok().filter(|side| (1..=MAX_SIDE).contains(side));
+    text.split_once('x')
+        .and_then(|(width, height)| Some((side(width)?, side(height)?)))
+        .ok_or_else(|| format!("a size is WIDTHxHEIGHT, each 1..{MAX_SIDE}, such as 320x240"))
+}
+
+impl Args {
+    /// The parameters, or what is wrong with them.
+    fn params(&self) -> Result<Params> {
+        let block = self.block.unwrap_or(8);
+        if !(1..=dense::MAX_BLOCK).contains(&block) {
+            bail!(Usage(format!("--block {block}: must be 1..{}", dense::MAX_BLOCK)));
+        }
+        if !(1..=dense::MAX_DISPARITIES).contains(&self.disparities) {
+            bail!(Usage(format!(
+                "--disparities {}: must be 1..{}",
+                self.disparities,
+                dense::MAX_DISPARITIES
+            )));
+        }
+        Ok(Params {
+            method: match self.method {
+                MethodArg::Sad => Method::Sad,
+                MethodArg::Ssd => Method::Ssd,
+                MethodArg::Ncc => Method::Ncc,
+            },
+            color: match self.color {
+                ColorArg::Gray => Color::Grey,
+                ColorArg::Hsv => Color::Hsv,
+                ColorArg::Rgb => Color::Rgb,
+            },
+            block,
+            disparities: self.disparities,
+            reference: Reference::Left,
+        })
+    }
+}
+
+fn compute(pair: &Pair, params: &Params) -> Result<Map> {
+    let (width, height) = pair.left.dimensions();
+    let block = u32::from(params.block);
+    if width < block || height < block {
+        bail!(
+            "the pictures have {width}x{height} pixels, less than one block of {block}x{block}; \
+             take larger ones or a smaller --block"
+        );
+    }
+    let pair = dense::Pair {
+        left: pair.left.as_raw(),
+        right: pair.right.as_raw(),
+        width: width as usize,
+        height: height as usize,
+    };
+    Ok(dense::map(&pair, params)?)
+}
+
+/// The map as a picture. The scale is that of the search range, so that maps can be compared.
+fn picture(map: &Map, disparities: u16, paper: bool) -> RgbImage {
+    let range = f64::from(disparities.max(2) - 1);
+    let color = |disparity: Option<f32>| match disparity.map(|d| f64::from(d) / range) {
+        Some(near) if paper => Rgb([(230.0 * (1.0 - near)) as u8; 3]),
+        None if paper => Rgb([255; 3]),
+        // Not from the scale's dark end: what is far must not look like what is unknown.
+        Some(near) => {
+            Rgb(colorous::INFERNO.eval_continuous(0.15 + 0.85 * near.min(1.0)).into_array())
+        }
+        None => Rgb([0; 3]),
+    };
+    let mut picture = RgbImage::new(map.width as u32, map.height as u32);
+    for (pixel, disparity) in picture.pixels_mut().zip(map.pixels()) {
+        *pixel = color(disparity);
+    }
+    picture
+}
+
+/// Portable float map: a text header, then the rows from the bottom up; the minus sign of the
+/// scale says little-endian.
+fn pfm(map: &Map) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    writeln!(bytes, "Pf\n{} {}\n-1.0", map.width, map.height)?;
+    let pixels: Vec<f32> = map.pixels().map(|d| d.unwrap_or(f32::INFINITY)).collect();
+    for row in pixels.chunks_exact(map.width).rev() {
+        bytes.extend(row.iter().flat_map(|d| d.to_le_bytes()));
+    }
+    Ok(bytes)
+}
+
+impl Summary {
+    fn new(args: &Args, params: &Params, map: &Map) -> Self {
+        let name = |value: Option<clap::builder::PossibleValue>| {
+            value.map_or_else(String::new, |value| value.get_name().to_owned())
+        };
+        let mut found: Vec<f32> = map.pixels().flatten().collect();
+        found.sort_unstable_by(f32::total_cmp);
+        Self {
+            width: map.width,
+            height: map.height,
+            method: name(args.method.to_possible_value()),
+            color: name(args.color.to_possible_value()),
+            block: params.block,
+            disparities: params.disparities,
+            density: found.len() as f64 / map.disparity_q4.len() as f64,
+            disparity_min: found.first().copied(),
+            disparity_median: found.get(found.len() / 2).copied(),
+            disparity_max: found.last().copied(),
+        }
+    }
+
+    fn print(&self, output: &Path) {
+        println!(
+            "{}: {}x{}, {} of {} disparities, block {}, {}",
+            output.display(),
+            self.width,
+            self.height,
+            self.method,
+            self.disparities,
+            self.block,
+            self.color
+        );
+        match (self.disparity_min, self.disparity_median, self.disparity_max) {
+            (Some(min), Some(median), Some(max)) => println!(
+                "{:.1} % of the pixels have a disparity: {min} .. {max} px, median {median} px",
+                self.density * 100.0
+            ),
+            _ => println!("no pixel has a disparity"),
+        }
+    }
+}
