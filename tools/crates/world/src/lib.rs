@@ -4,14 +4,18 @@
 //! spot. Time advances in steps of [`TICK`].
 
 pub mod camera;
+mod canvas;
+mod font;
 pub mod physics;
 pub mod picture;
 pub mod pitch;
 pub mod referee;
 pub mod render;
 
+use common_sys::link::Report;
 use common_sys::vision::rgb565;
-use sim::{MS, Ps};
+use image::RgbImage;
+use sim::{MS, Ps, SECOND, US};
 
 use camera::{Camera, Eye, HEIGHT, WIDTH};
 use physics::{Physics, Pose};
@@ -22,6 +26,12 @@ use render::{Frame, Scene};
 pub const TICK: Ps = MS;
 /// Every so many ticks a point of the tracks is kept.
 const TRACK_TICKS: u32 = 20;
+/// Unit of a report's exposure time.
+const EXPOSURE_UNIT: Ps = 100 * US;
+/// An exposure is told from the next by less than half a frame's 25 ms, in those units.
+const EXPOSURE_TOLERANCE: u16 = 100;
+/// So many of the latest exposures are remembered for the picture: a report is a frame or two late.
+const SEEN: usize = 4;
 
 /// What the cameras deliver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -38,6 +48,8 @@ pub enum Eyes {
 pub struct Setup {
     /// Draws the kick-off.
     pub seed: u64,
+    /// Time before the first step on the clock of the robots' exposures; the picture needs it.
+    pub kick_off_at: Ps,
     /// What the cameras deliver.
     pub eyes: Eyes,
     /// Colour of the ball.
@@ -53,6 +65,14 @@ pub struct Tracks {
     pub ball: Vec<[f64; 2]>,
 }
 
+/// Where everything is at one time.
+#[derive(Clone, Copy, Debug)]
+struct Moment {
+    time: Ps,
+    robots: [Pose; 2],
+    ball_mm: [f64; 2],
+}
+
 /// A pitch with two robots and a ball.
 pub struct World {
     setup: Setup,
@@ -61,6 +81,7 @@ pub struct World {
     ticks: u32,
     goals: [u32; 2],
     tracks: Tracks,
+    seen: [Vec<Moment>; 2],
     frame: Frame,
 }
 
@@ -75,6 +96,7 @@ impl World {
             ticks: 0,
             goals: [0; 2],
             tracks: Tracks::default(),
+            seen: [Vec::new(), Vec::new()],
             frame: Frame::new(),
         };
         world.track();
@@ -88,7 +110,9 @@ impl World {
         if self.ticks.is_multiple_of(TRACK_TICKS) {
             self.track();
         }
-        if self.goals == [0, 0] && let Some(robot) = referee::scorer(self.physics.ball_mm()) {
+        if self.goals == [0, 0]
+            && let Some(robot) = referee::scorer(self.physics.ball_mm())
+        {
             self.goals[robot] += 1;
             self.track();
         }
@@ -130,24 +154,94 @@ impl World {
         &self.tracks
     }
 
+    /// The match in one picture: both eyes of `robot` when the frames were exposed that `report` tells
+    /// about (the latest that [`World::render`] drew, if none of them fits), with its findings drawn
+    /// in, and the pitch with the tracks.
+    pub fn picture(&self, robot: usize, report: Option<&Report>) -> RgbImage {
+        let scene = self.seen_scene(robot, report.map(|report| report.exposure_time));
+        picture::draw(&picture::Story {
+            eyes: [Eye::Left, Eye::Right].map(|eye| self.eye_picture(&scene, robot, eye)),
+            report,
+            tracks: &self.tracks_until_now(),
+            goals: self.goals,
+            seconds: f64::from(self.ticks) * TICK as f64 / SECOND as f64,
+            seed: self.setup.seed,
+            robot,
+        })
+    }
+
+    /// Where everything was when a frame was exposed; now, if that is not known.
+    fn seen_scene(&self, robot: usize, exposure_time: Option<u16>) -> Moment {
+        let fits = |moment: &&Moment, time: u16| {
+            let late = ((moment.time / EXPOSURE_UNIT) as u16).wrapping_sub(time) as i16;
+            late.unsigned_abs() <= EXPOSURE_TOLERANCE
+        };
+        let mut seen = self.seen[robot].iter();
+        exposure_time
+            .and_then(|time| seen.clone().find(|moment| fits(moment, time)))
+            .or_else(|| seen.next_back())
+            .copied()
+            .unwrap_or_else(|| self.now())
+    }
+
+    /// What an eye sees, for people.
+    fn eye_picture(&self, moment: &Moment, robot: usize, eye: Eye) -> RgbImage {
+        let mut frame = Frame::new();
+        if self.setup.eyes == Eyes::Open {
+            let camera = Camera::of_robot(moment.robots[robot], eye);
+            render::render(&camera, &self.scene(moment, robot), &mut frame);
+        }
+        RgbImage::from_fn(WIDTH as u32, HEIGHT as u32, |x, y| {
+            let colour = frame.get(y as usize * WIDTH + x as usize);
+            image::Rgb(colour.map_or([0; 3], |colour| colour.map(to_byte)))
+        })
+    }
+
+    fn tracks_until_now(&self) -> Tracks {
+        let mut tracks = self.tracks.clone();
+        let now = self.now();
+        for (track, pose) in tracks.robots.iter_mut().zip(now.robots) {
+            track.push(pose);
+        }
+        tracks.ball.push(now.ball_mm);
+        tracks
+    }
+
+    fn now(&self) -> Moment {
+        Moment {
+            time: self.setup.kick_off_at + u64::from(self.ticks) * TICK,
+            robots: [self.physics.robot(0), self.physics.robot(1)],
+            ball_mm: self.physics.ball_mm(),
+        }
+    }
+
+    fn scene(&self, moment: &Moment, robot: usize) -> Scene {
+        Scene {
+            ball_mm: Some(moment.ball_mm),
+            ball_colour: self.setup.ball,
+            robot: Some(moment.robots[1 - robot]),
+        }
+    }
+
     /// What a robot's eyes see now: `WIDTH` * `HEIGHT` RGB565 pixels each, row by row.
     ///
     /// # Panics
     /// If a buffer has another length.
     pub fn render(&mut self, robot: usize, left: &mut [u16], right: &mut [u16]) {
+        let moment = self.now();
+        let seen = &mut self.seen[robot];
+        if seen.len() == SEEN {
+            seen.remove(0);
+        }
+        seen.push(moment);
         for (eye, pixels) in [(Eye::Left, left), (Eye::Right, right)] {
             assert_eq!(pixels.len(), WIDTH * HEIGHT, "a frame has {WIDTH}x{HEIGHT} pixels");
             if self.setup.eyes == Eyes::Black {
                 pixels.fill(0);
                 continue;
             }
-            let scene = Scene {
-                ball_mm: Some(self.physics.ball_mm()),
-                ball_colour: self.setup.ball,
-                robot: Some(self.physics.robot(1 - robot)),
-            };
-            let camera = Camera::of_robot(self.physics.robot(robot), eye);
-            render::render(&camera, &scene, &mut self.frame);
+            let camera = Camera::of_robot(moment.robots[robot], eye);
+            render::render(&camera, &self.scene(&moment, robot), &mut self.frame);
             for (pixel, colour) in pixels.iter_mut().zip(&self.frame) {
                 let [r, g, b] = colour.map(to_byte);
                 *pixel = rgb565(r, g, b);

@@ -74,10 +74,7 @@ fn draw_robot(rng: &mut Pcg64Mcg, half: [f64; 2]) -> Pose {
 fn draw_place(rng: &mut Pcg64Mcg, part: [f64; 2], clearance_mm: f64) -> [f64; 2] {
     let (length, width) = (HALF_LENGTH_MM - clearance_mm, HALF_WIDTH_MM - clearance_mm);
     loop {
-        let at = [
-            between(rng, part[0] * length, part[1] * length),
-            between(rng, -width, width),
-        ];
+        let at = [between(rng, part[0] * length, part[1] * length), between(rng, -width, width)];
         let corner = HALF_LENGTH_MM + HALF_WIDTH_MM - CORNER_CUT_MM - at[0].abs() - at[1].abs();
         if corner / core::f64::consts::SQRT_2 >= clearance_mm {
             return at;

@@ -69,8 +69,7 @@ enum Surface {
 
 /// The walls as planes n . p = c, seen from inside: normals point outwards.
 const SQRT_HALF: f32 = core::f32::consts::FRAC_1_SQRT_2;
-const CORNER: f32 =
-    (p::HALF_LENGTH_MM + p::HALF_WIDTH_MM - p::CORNER_CUT_MM) as f32 * SQRT_HALF;
+const CORNER: f32 = (p::HALF_LENGTH_MM + p::HALF_WIDTH_MM - p::CORNER_CUT_MM) as f32 * SQRT_HALF;
 const WALLS: [([f32; 2], f32); 8] = [
     ([1.0, 0.0], p::HALF_LENGTH_MM as f32),
     ([-1.0, 0.0], p::HALF_LENGTH_MM as f32),
@@ -325,7 +324,10 @@ impl<'a> View<'a> {
         let at = self.camera.at;
         let floor = -ray[2] / at[2];
         if floor > nearest {
-            return (Surface::Floor, self.floor(at[0] + ray[0] / floor, at[1] + ray[1] / floor, floor));
+            return (
+                Surface::Floor,
+                self.floor(at[0] + ray[0] / floor, at[1] + ray[1] / floor, floor),
+            );
         }
         let distance = 1.0 / nearest;
         let hit = [0, 1, 2].map(|i| at[i] + ray[i] * distance);
