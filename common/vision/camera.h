@@ -23,7 +23,7 @@
 #define CAMERA_CY_Q4    1912
 
 /* Baseline T: distance between the lenses. 50.4 mm; in 1/256 mm. */
-#define CAMERA_BASELINE_UM       50400L
+#define CAMERA_BASELINE_UM       50400
 #define CAMERA_BASELINE_MM_Q8    INT32_C(12902)
 /* f * T = 16480.8 px mm; scaled so that dividing by a disparity in 1/16 px gives 1/16 mm. */
 #define CAMERA_FOCAL_BASELINE_Q8 INT32_C(4219085)

@@ -1,4 +1,6 @@
 //! The loop that ties chips and world together.
 
 pub mod flash;
+pub mod game;
+pub mod robot;
 pub mod turret;
