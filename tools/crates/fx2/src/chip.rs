@@ -256,7 +256,9 @@ impl Chip {
     /// The CPU leaves reset: the 8051's own peripherals start afresh.
     pub(crate) fn reset_cpu_peripherals(&mut self) {
         self.timers.reset(self.tick);
-        self.uarts = [Uart::default(), Uart::default()];
+        for uart in &mut self.uarts {
+            uart.reset();
+        }
         self.int.exif = 0x08;
         self.int.eicon = 0x40;
         self.autopointers = [0; 2];

@@ -36,6 +36,12 @@ impl Uart {
         }
     }
 
+    /// The 8051 is reset. What waits at RXD, or went out before, is not the port's.
+    pub(crate) fn reset(&mut self) {
+        let (incoming, sent) = (std::mem::take(&mut self.incoming), std::mem::take(&mut self.sent));
+        *self = Self { incoming, sent, ..Self::default() };
+    }
+
     /// Whether it requests its interrupt.
     pub(crate) fn requests(&self) -> bool {
         self.scon & (RI | TI) != 0
