@@ -98,6 +98,17 @@ static uint16_t base_reports_lost(void *context)
 
 static robot_t robot;
 
+/* Sleep until there is something to do. Encoder edges come by thousands a second and are none. */
+static void wait_for_work(void)
+{
+    (void)interrupts_mask();
+    while (!tick_pending() && !turret_pending() && !sci_readable()) {
+        interrupts_wait();
+        (void)interrupts_mask();
+    }
+    interrupts_enable();
+}
+
 int main(void);
 int main(void)
 {
@@ -137,10 +148,6 @@ int main(void)
         if (ticks > 0)
             watchdog_service();
 
-        (void)interrupts_mask();
-        if (tick_pending() || turret_pending() || sci_readable())
-            interrupts_enable();
-        else
-            interrupts_wait();
+        wait_for_work();
     }
 }

@@ -4,7 +4,7 @@
 
 /* Heading of one count of difference between the wheels: 2^32 / (2 pi * 12 / mm * 53 mm). */
 #define TURN_PER_COUNT_Q32 1074791L
-#define LIMIT_Q16          (16000L << 16)
+#define LIMIT_Q16          (2000L << 16)
 
 #if BOARD_PULSES_PER_MM != 12 || BOARD_WHEEL_BASE_MM != 53
 #error "TURN_PER_COUNT_Q32 belongs to other wheels"

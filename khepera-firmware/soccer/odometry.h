@@ -27,7 +27,7 @@ void odometry_set(odometry_t *odometry, const pose_t *pose);
 
 /* Add the travel of one control period: encoder counts (12 per mm) of the left and right wheel,
  * |counts| <= 1000. The path is taken as a chord at the mean heading. Position saturates at
- * +-16 m. */
+ * +-2 m. */
 void odometry_add(odometry_t *odometry, int32_t left_counts, int32_t right_counts);
 
 /* The present pose, rounded. */

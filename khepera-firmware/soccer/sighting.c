@@ -15,8 +15,9 @@
 /* One standard deviation of a disparity, 1/16 px: 0.4 px of noise and misalignment. */
 #define DISPARITY_SIGMA     6u
 #define SIGMA_MAX_MM        400u
-/* A ball farther than the pitch's diagonal is none, nor is one whose middle is well above or below
- * where a ball on the floor has it; the tolerance is that of the range, seen under the tilt. */
+/* What is farther than the pitch's diagonal is not on it; nor is a ball whose middle is well above
+ * or below where a ball on the floor has it; the tolerance is that of the range, seen under the
+ * tilt. */
 #define RANGE_MAX_MM        1300
 #define HEIGHT_SLACK_MM     30
 /* Share of a goal's width by which a sighting may differ, percent, beyond its range error. */
@@ -31,7 +32,8 @@ static uint16_t range_sigma_mm(uint16_t disparity_q4)
 
 static void fill(place_t *place, const ground_point_t *point, uint16_t sigma_mm)
 {
-    place->valid = 1;
+    place->valid = point->forward_mm < RANGE_MAX_MM && point->left_mm < RANGE_MAX_MM &&
+                   point->left_mm > -RANGE_MAX_MM;
     place->forward_mm = (int16_t)(point->forward_mm + LENS_FORWARD_MM);
     place->left_mm = point->left_mm;
     place->sigma_mm = sigma_mm;
@@ -72,8 +74,7 @@ static void place_by_row(place_t *ball, const report_t *report)
     ground_point_t point;
 
     if (!depth_on_plane(report->ball_x_q4, (uint16_t)(16u * report->ball_row), BALL_RADIUS_MM,
-                        &point) ||
-        point.forward_mm >= RANGE_MAX_MM)
+                        &point))
         return;
     /* One row, at the ball's height: range^2 / (f * 60 mm). */
     fill(ball, &point,
@@ -96,8 +97,7 @@ static void see_ball(const report_t *report, sightings_t *sightings)
 
         if (off < 0)
             off = -off;
-        ball->valid = ball->valid && ball->forward_mm < RANGE_MAX_MM &&
-                      off < HEIGHT_SLACK_MM + ball->sigma_mm;
+        ball->valid = ball->valid && off < HEIGHT_SLACK_MM + ball->sigma_mm;
         return;
     }
     if (cut)
@@ -141,10 +141,8 @@ static void see_opponent(const report_t *report, sightings_t *sightings)
     (void)place_by_disparity(opponent, report->opponent_x_q4, OPPONENT_ROW,
                              report->opponent_disparity_q4);
     /* The eye sees the surface; the axis is a radius behind it. */
-    if (opponent->valid && opponent->forward_mm < RANGE_MAX_MM)
+    if (opponent->valid)
         opponent->forward_mm = (int16_t)(opponent->forward_mm + OPPONENT_RADIUS_MM);
-    else
-        opponent->valid = 0;
 }
 
 void sightings_from_report(const report_t *report, sightings_t *sightings)

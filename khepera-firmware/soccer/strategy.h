@@ -42,7 +42,8 @@ typedef struct {
     uint8_t looked;       /* LOOK had its try */
     angle_t shot;         /* direction in which the ball shall go */
     uint8_t shot_known;
-    int32_t view_x_q4; /* where RELOCATE drives to */
+    uint8_t plan_ticks; /* since shot and way around were chosen; saturates */
+    int32_t view_x_q4;  /* where RELOCATE drives to */
     int32_t view_y_q4;
     wheels_t wheels; /* the last answer */
 } strategy_t;

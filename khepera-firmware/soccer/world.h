@@ -23,7 +23,7 @@
 #define BALL_RADIUS          34 /* mm, rounded up */
 #define ROBOT_RADIUS         30 /* mm, both robots */
 
-#define WORLD_HISTORY    32u /* poses kept, one a tick: 0.32 s */
+#define WORLD_HISTORY    12u /* poses kept, one a tick: 0.12 s */
 #define WORLD_TICK_100US 100u
 
 typedef struct {
