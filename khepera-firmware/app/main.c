@@ -102,10 +102,11 @@ static robot_t robot;
 static void wait_for_work(void)
 {
     (void)interrupts_mask();
-    while (!tick_pending() && !turret_pending() && !sci_readable()) {
+    while (!interrupts_work) {
         interrupts_wait();
         (void)interrupts_mask();
     }
+    interrupts_work = 0;
     interrupts_enable();
 }
 

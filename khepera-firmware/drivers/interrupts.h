@@ -24,6 +24,10 @@ static inline void interrupts_enable(void)
     __asm__ volatile("andi.w #0xF8FF, %%sr" : : : "memory", "cc");
 }
 
+/* Set by every interrupt that leaves work for the main loop (a tick, a report, a character);
+ * cleared by the main loop before it looks for that work. Encoder edges leave none. */
+extern volatile uint8_t interrupts_work;
+
 /* Unmask and sleep until the next interrupt, in one instruction: an interrupt that came between the
  * caller's last look (with interrupts masked) and this is not slept through. */
 static inline void interrupts_wait(void)

@@ -45,6 +45,7 @@ static void receive(uint16_t status)
     }
     rx.data[rx.head % RX_SIZE] = character;
     rx.head++;
+    interrupts_work = 1;
 }
 
 void sci_isr(void) __attribute__((interrupt_handler));
@@ -70,16 +71,11 @@ void sci_init(uint32_t baud)
     SCCR1 = SCCR1_TE | SCCR1_RE | SCCR1_RIE;
 }
 
-int sci_readable(void)
-{
-    return rx.head != rx.tail;
-}
-
 int sci_read(void)
 {
     uint8_t character;
 
-    if (!sci_readable())
+    if (rx.head == rx.tail)
         return -1;
     character = rx.data[rx.tail % RX_SIZE];
     rx.tail++;

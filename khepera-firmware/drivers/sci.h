@@ -11,9 +11,6 @@ void sci_init(uint32_t baud);
 /* Next character received, 0..255, or -1 if there is none. */
 int sci_read(void);
 
-/* 1 if sci_read() would return a character. */
-int sci_readable(void);
-
 /* Queue one character. Returns 1, or 0 if the queue is full (the character is not sent). Never
  * waits. */
 int sci_write(uint8_t character);

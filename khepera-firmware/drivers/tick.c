@@ -10,11 +10,14 @@
 /* Written by the tick interrupt, taken with interrupts masked by tick_take(). */
 static volatile uint8_t pending;
 
+volatile uint8_t interrupts_work;
+
 void tick_isr(void) __attribute__((interrupt_handler));
 void tick_isr(void)
 {
     if (pending < UINT8_MAX)
         pending++;
+    interrupts_work = 1;
 }
 
 void tick_init(void)
@@ -33,11 +36,6 @@ uint8_t tick_take(void)
     pending = 0;
     interrupts_restore(status);
     return ticks;
-}
-
-int tick_pending(void)
-{
-    return pending != 0;
 }
 
 uint16_t tick_fine(void)

@@ -13,9 +13,6 @@ void tick_init(void);
 /* Ticks since the last call, 0 if none; more than 1 means that some were missed. */
 uint8_t tick_take(void);
 
-/* 1 if tick_take() would return ticks. */
-int tick_pending(void);
-
 /* A fine clock: TICK_FINE_HZ, wraps after 0.66 s. May be called from an interrupt. */
 #define TICK_FINE_HZ 98304u /* system clock / 256 */
 uint16_t tick_fine(void);

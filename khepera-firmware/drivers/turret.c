@@ -59,6 +59,7 @@ void turret_transfer_isr(void)
     }
     turret.wire_asked = turret.asked;
     turret.fresh = 1;
+    interrupts_work = 1;
     turret.running = 0;
     if (PORTF & ATTENTION_PIN)
         PFPAR = ATTENTION_PIN;
@@ -115,11 +116,6 @@ int turret_take(uint8_t wire[TURRET_REPORT_BYTES], uint16_t *age_fine)
     }
     interrupts_restore(status);
     return fresh;
-}
-
-int turret_pending(void)
-{
-    return turret.fresh;
 }
 
 uint16_t turret_overruns(void)

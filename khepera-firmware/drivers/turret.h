@@ -21,9 +21,6 @@ void turret_poll(void);
  * attention interrupt (tick_fine() units) and returns 1; else 0. Newest wins. */
 int turret_take(uint8_t wire[TURRET_REPORT_BYTES], uint16_t *age_fine);
 
-/* 1 if turret_take() would return a report. */
-int turret_pending(void);
-
 /* Reports that were overwritten before anybody took them, and runs given up; both saturate. */
 uint16_t turret_overruns(void);
 uint16_t turret_timeouts(void);

@@ -9,6 +9,7 @@ void soccer_start(soccer_t *soccer, angle_t heading)
 {
     world_start(&soccer->world, heading);
     strategy_start(&soccer->strategy);
+    soccer->decided = 0;
     soccer->wheels.left_mm_s = 0;
     soccer->wheels.right_mm_s = 0;
 }
@@ -17,7 +18,10 @@ void soccer_tick(soccer_t *soccer, const int32_t counts[2])
 {
     world_tick(&soccer->world, counts);
     strategy_tick(&soccer->strategy, counts);
-    strategy_decide(&soccer->strategy, &soccer->world, &soccer->wheels);
+    /* Twice within one tick changes nothing but the processor's load. */
+    if (!soccer->decided)
+        strategy_decide(&soccer->strategy, &soccer->world, &soccer->wheels);
+    soccer->decided = 0;
 }
 
 void soccer_see(soccer_t *soccer, const report_t *report, uint16_t age_100us)
@@ -28,6 +32,7 @@ void soccer_see(soccer_t *soccer, const report_t *report, uint16_t age_100us)
     world_see(&soccer->world, &sightings,
               (uint32_t)age_100us + report->delay + CAMERA_EXPOSURE_TO_END_US / 100);
     strategy_decide(&soccer->strategy, &soccer->world, &soccer->wheels);
+    soccer->decided = 1;
 }
 
 void soccer_wheels(const soccer_t *soccer, wheels_t *wheels)

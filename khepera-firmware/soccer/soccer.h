@@ -14,12 +14,14 @@ typedef struct {
     world_t world;
     strategy_t strategy;
     wheels_t wheels; /* as decided last */
+    uint8_t decided; /* since the last tick */
 } soccer_t;
 
 /* Kick-off: forget everything but the heading (0 = towards the opponent's goal, left positive). */
 void soccer_start(soccer_t *soccer, angle_t heading);
 
-/* A tick of 10 ms: travel of the wheels in encoder counts, [0] left, [1] right. Decides anew. */
+/* A tick of 10 ms: travel of the wheels in encoder counts, [0] left, [1] right. Decides
+ * anew, unless a report made it do so since the last tick. */
 void soccer_tick(soccer_t *soccer, const int32_t counts[2]);
 
 /* A report whose attention interrupt came `age_100us` (units of 100 us) ago. Decides anew. */
