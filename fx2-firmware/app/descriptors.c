@@ -1,5 +1,6 @@
 #include "app/descriptors.h"
 
+#include "drivers/usb_bulk.h"
 #include "link/requests.h"
 
 #include <stddef.h>
@@ -10,7 +11,7 @@
 enum {
     DEVICE_SIZE = 18,
     QUALIFIER_SIZE = 10,
-    CONFIGURATION_SIZE = 9 + 9,
+    CONFIGURATION_SIZE = 9 + 9 + 9 + 7 + 7,
 
     STRING_LANGUAGES = 0,
     STRING_MANUFACTURER = 1,
@@ -18,6 +19,7 @@ enum {
 
     CLASS_PER_INTERFACE = 0x00,
     CLASS_VENDOR = 0xFF,
+    BULK = 2,
     EP0_PACKET = 64,
     SELF_POWERED = 0xC0,
     LANGUAGE_ENGLISH_US = 0x0409,
@@ -49,17 +51,21 @@ static const CODE uint8_t qualifier[QUALIFIER_SIZE] = {
     0
 };
 
-/* One interface, with control transfers only. */
-#define CONFIGURATION(type)                                                                        \
-    {                                                                                              \
-        9, (type), LOW(CONFIGURATION_SIZE), HIGH(CONFIGURATION_SIZE),                              \
-        1, USB_CONFIGURATION_VALUE, 0, SELF_POWERED, 0 /* mA from the bus */,                      \
-        9, USB_DESCRIPTOR_INTERFACE, 0, 0, 0, CLASS_VENDOR, 0, 0, 0                                \
-    }
-static const CODE uint8_t configuration[CONFIGURATION_SIZE] =
-    CONFIGURATION(USB_DESCRIPTOR_CONFIGURATION);
-static const CODE uint8_t other_speed[CONFIGURATION_SIZE] =
-    CONFIGURATION(USB_DESCRIPTOR_OTHER_SPEED);
+/* As at full speed; build_configuration() fills in what depends on speed and type. */
+static const CODE uint8_t configuration[CONFIGURATION_SIZE] = {
+    9, USB_DESCRIPTOR_CONFIGURATION, LOW(CONFIGURATION_SIZE), HIGH(CONFIGURATION_SIZE),
+    1, USB_CONFIGURATION_VALUE, 0, SELF_POWERED, 0 /* mA from the bus */,
+    9, USB_DESCRIPTOR_INTERFACE, 0, USB_ALTERNATE_CONTROL, 0, CLASS_VENDOR, 0, 0, 0,
+    9, USB_DESCRIPTOR_INTERFACE, 0, USB_ALTERNATE_SOURCE_SINK, 2, CLASS_VENDOR, 0, 0, 0,
+    7, USB_DESCRIPTOR_ENDPOINT, USB_BULK_OUT, BULK,
+    LOW(USB_BULK_PACKET_FULL_SPEED), HIGH(USB_BULK_PACKET_FULL_SPEED), 0,
+    7, USB_DESCRIPTOR_ENDPOINT, USB_BULK_IN, BULK,
+    LOW(USB_BULK_PACKET_FULL_SPEED), HIGH(USB_BULK_PACKET_FULL_SPEED), 0
+};
+/* Where the endpoints' wMaxPacketSize are in it. */
+enum { AT_PACKET_OUT = 9 + 9 + 9 + 4, AT_PACKET_IN = AT_PACKET_OUT + 7 };
+
+static XDATA uint8_t built[CONFIGURATION_SIZE];
 
 static const CODE uint8_t languages[] = {
     4, USB_DESCRIPTOR_STRING, LOW(LANGUAGE_ENGLISH_US), HIGH(LANGUAGE_ENGLISH_US)
@@ -92,7 +98,27 @@ static const XDATA uint8_t *find_string(uint8_t index)
     }
 }
 
-const XDATA uint8_t *descriptor_find(uint8_t type, uint8_t index)
+static void set_packet_size(uint8_t at)
+{
+    built[at] = LOW(USB_BULK_PACKET_HIGH_SPEED);
+    built[at + 1] = HIGH(USB_BULK_PACKET_HIGH_SPEED);
+}
+
+static const XDATA uint8_t *build_configuration(uint8_t type, uint8_t high_speed)
+{
+    uint8_t i;
+
+    for (i = 0; i < CONFIGURATION_SIZE; i++)
+        built[i] = configuration[i];
+    built[AT_TYPE] = type;
+    if (high_speed) {
+        set_packet_size(AT_PACKET_OUT);
+        set_packet_size(AT_PACKET_IN);
+    }
+    return built;
+}
+
+const XDATA uint8_t *descriptor_find(uint8_t type, uint8_t index, uint8_t high_speed)
 {
     if (type == USB_DESCRIPTOR_STRING)
         return find_string(index);
@@ -102,11 +128,11 @@ const XDATA uint8_t *descriptor_find(uint8_t type, uint8_t index)
     case USB_DESCRIPTOR_DEVICE:
         return READABLE(device);
     case USB_DESCRIPTOR_CONFIGURATION:
-        return READABLE(configuration);
+        return build_configuration(type, high_speed);
     case USB_DESCRIPTOR_QUALIFIER:
         return READABLE(qualifier);
     case USB_DESCRIPTOR_OTHER_SPEED:
-        return READABLE(other_speed);
+        return build_configuration(type, !high_speed);
     default:
         return NULL;
     }

@@ -11,17 +11,22 @@
 #define USB_DESCRIPTOR_CONFIGURATION 2u
 #define USB_DESCRIPTOR_STRING        3u
 #define USB_DESCRIPTOR_INTERFACE     4u
+#define USB_DESCRIPTOR_ENDPOINT      5u
 #define USB_DESCRIPTOR_QUALIFIER     6u
 #define USB_DESCRIPTOR_OTHER_SPEED   7u
 
 /* The one configuration's value. */
 #define USB_CONFIGURATION_VALUE 1u
 
-/* (XDATA: they lie in program memory, but that is where the FX2's MOVX reads too.)
- *
- * The descriptor of type `type` and index `index`; NULL if there is none. As long as control
- * transfers are all there is, they are the same at both speeds. */
-const XDATA uint8_t *descriptor_find(uint8_t type, uint8_t index);
+/* Interface 0's alternate settings: control transfers only, and two bulk endpoints as sink and
+ * source (drivers/usb_bulk.h). */
+#define USB_ALTERNATE_CONTROL     0u
+#define USB_ALTERNATE_SOURCE_SINK 1u
+
+/* The descriptor of type `type` and index `index` as it reads at high (1) or full speed (0); NULL
+ * if there is none. Valid until the next call. (XDATA: most lie in program memory, but that is
+ * where the FX2's MOVX reads too.) */
+const XDATA uint8_t *descriptor_find(uint8_t type, uint8_t index, uint8_t high_speed);
 
 /* Bytes of a descriptor, of a configuration with all that belongs to it. Never a multiple of 64
  * that would need an empty packet of its own. */

@@ -46,10 +46,11 @@ void main(void)
     init();
     configure_start();
     for (;;) {
-        usb_device_poll();
-        if (configure_step() || !connected)
-            connect_when_due();
-        else
+        uint8_t busy = usb_device_poll();
+
+        busy |= configure_step();
+        connect_when_due();
+        if (!busy && connected)
             sleep_until_interrupt();
     }
 }

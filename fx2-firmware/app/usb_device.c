@@ -3,6 +3,7 @@
 #include "app/configure.h"
 #include "app/descriptors.h"
 #include "drivers/usb.h"
+#include "drivers/usb_bulk.h"
 #include "link/requests.h"
 
 #include <stddef.h>
@@ -22,6 +23,7 @@ enum {
 enum {
     GET_STATUS = 0,
     CLEAR_FEATURE = 1,
+    SET_FEATURE = 3,
     GET_DESCRIPTOR = 6,
     GET_CONFIGURATION = 8,
     SET_CONFIGURATION = 9,
@@ -29,9 +31,10 @@ enum {
     SET_INTERFACE = 11
 };
 
-enum { FEATURE_ENDPOINT_HALT = 0, STATUS_SELF_POWERED = 1 };
+#define STATUS_SELF_POWERED 1u
 
 static uint8_t configuration; /* 0 = not configured */
+static uint8_t alternate;     /* USB_ALTERNATE_* of interface 0 */
 static XDATA uint8_t reply[CONFIG_STATUS_SIZE];
 
 /* The handlers below answer and return 1, or return 0 for a request to be refused. What the table
@@ -62,8 +65,8 @@ static uint8_t acknowledge(void)
 
 static uint8_t get_descriptor(void)
 {
-    const XDATA uint8_t *data =
-        descriptor_find((uint8_t)(usb_setup.value >> 8), (uint8_t)usb_setup.value);
+    const XDATA uint8_t *data = descriptor_find((uint8_t)(usb_setup.value >> 8),
+                                                (uint8_t)usb_setup.value, usb_is_high_speed());
 
     return data != NULL && answer(data, descriptor_length(data));
 }
@@ -80,10 +83,51 @@ static uint8_t get_device_status(void)
     return answer_status(STATUS_SELF_POWERED);
 }
 
-/* Of the interface, and of endpoint 0, which never halts. */
-static uint8_t get_other_status(void)
+static uint8_t get_interface_status(void)
 {
     return answer_status(0);
+}
+
+/* An endpoint's address, 0 for endpoint 0 in either direction. */
+static uint8_t endpoint(void)
+{
+    return usb_setup.index == 0x80u ? 0 : (uint8_t)usb_setup.index;
+}
+
+static uint8_t get_endpoint_status(void)
+{
+    return answer_status(endpoint() != 0 && usb_bulk_is_halted(endpoint()));
+}
+
+/* Endpoint 0 never halts: to halt it would be of no use, to end its halt does no harm. */
+static uint8_t set_halt(void)
+{
+    if (endpoint() == 0)
+        return 0;
+    usb_bulk_halt(endpoint(), 1);
+    return acknowledge();
+}
+
+static uint8_t clear_halt(void)
+{
+    if (endpoint() != 0)
+        usb_bulk_halt(endpoint(), 0);
+    return acknowledge();
+}
+
+static void choose_alternate(uint8_t setting)
+{
+    alternate = setting;
+    if (setting == USB_ALTERNATE_SOURCE_SINK)
+        usb_bulk_open();
+    else
+        usb_bulk_close();
+}
+
+static void configure_device(uint8_t value)
+{
+    configuration = value;
+    choose_alternate(USB_ALTERNATE_CONTROL);
 }
 
 static uint8_t get_configuration(void)
@@ -95,14 +139,22 @@ static uint8_t set_configuration(void)
 {
     if (usb_setup.value > USB_CONFIGURATION_VALUE)
         return 0;
-    configuration = (uint8_t)usb_setup.value;
+    configure_device((uint8_t)usb_setup.value);
     return acknowledge();
 }
 
-/* Interface 0 has but its alternate setting 0. */
 static uint8_t get_interface(void)
 {
-    return answer_byte(0);
+    return answer_byte(alternate);
+}
+
+/* The endpoints' buffers serve the FPGA's configuration first. */
+static uint8_t set_interface(void)
+{
+    if (usb_setup.value > USB_ALTERNATE_SOURCE_SINK || configure_status()->result == CONFIG_BUSY)
+        return 0;
+    choose_alternate((uint8_t)usb_setup.value);
+    return acknowledge();
 }
 
 static uint8_t config_status(void)
@@ -113,14 +165,14 @@ static uint8_t config_status(void)
 
 /* What a request must be like. */
 enum {
-    VALUE_0 = 0x01,    /* wValue = 0 */
-    INDEX_0 = 0x02,    /* wIndex = 0: the device, or interface 0 */
-    ENDPOINT_0 = 0x04, /* wIndex names endpoint 0, in either direction: there is no other */
-    NO_DATA = 0x08,    /* wLength = 0 */
-    CONFIGURED = 0x10  /* the device is configured: only then there is an interface */
+    VALUE_0 = 0x01,   /* wValue = 0 */
+    INDEX_0 = 0x02,   /* wIndex = 0: the device, or interface 0 */
+    ENDPOINT = 0x04,  /* wIndex names an endpoint that there is now */
+    NO_DATA = 0x08,   /* wLength = 0 */
+    CONFIGURED = 0x10 /* the device is configured: only then there is an interface */
 };
 
-/* Every request we know. To halt endpoint 0 would be of no use, to end its halt does no harm. */
+/* Every request we know. The only feature of an endpoint is ENDPOINT_HALT, 0. */
 static const CODE struct {
     uint8_t type;
     uint8_t number;
@@ -130,15 +182,24 @@ static const CODE struct {
     {FROM_DEVICE, GET_DESCRIPTOR, 0, get_descriptor},
     {FROM_DEVICE, GET_CONFIGURATION, VALUE_0 | INDEX_0, get_configuration},
     {FROM_DEVICE, GET_STATUS, VALUE_0 | INDEX_0, get_device_status},
-    {FROM_INTERFACE, GET_STATUS, VALUE_0 | INDEX_0 | CONFIGURED, get_other_status},
+    {FROM_INTERFACE, GET_STATUS, VALUE_0 | INDEX_0 | CONFIGURED, get_interface_status},
     {FROM_INTERFACE, GET_INTERFACE, VALUE_0 | INDEX_0 | CONFIGURED, get_interface},
-    {FROM_ENDPOINT, GET_STATUS, VALUE_0 | ENDPOINT_0, get_other_status},
+    {FROM_ENDPOINT, GET_STATUS, VALUE_0 | ENDPOINT, get_endpoint_status},
     {TO_DEVICE, SET_CONFIGURATION, INDEX_0 | NO_DATA, set_configuration},
-    {TO_INTERFACE, SET_INTERFACE, VALUE_0 | INDEX_0 | NO_DATA | CONFIGURED, acknowledge},
-    {TO_ENDPOINT, CLEAR_FEATURE, VALUE_0 /* ENDPOINT_HALT */ | ENDPOINT_0 | NO_DATA, acknowledge},
+    {TO_INTERFACE, SET_INTERFACE, INDEX_0 | NO_DATA | CONFIGURED, set_interface},
+    {TO_ENDPOINT, CLEAR_FEATURE, VALUE_0 | ENDPOINT | NO_DATA, clear_halt},
+    {TO_ENDPOINT, SET_FEATURE, VALUE_0 | ENDPOINT | NO_DATA, set_halt},
     {VENDOR_FROM_DEVICE, REQUEST_CONFIG_STATUS, VALUE_0 | INDEX_0, config_status},
 };
 #define REQUEST_COUNT (sizeof requests / sizeof requests[0])
+
+static uint8_t endpoint_exists(void)
+{
+    if ((usb_setup.index & 0xFF7Fu) == 0)
+        return 1;
+    return alternate == USB_ALTERNATE_SOURCE_SINK &&
+           (usb_setup.index == USB_BULK_OUT || usb_setup.index == USB_BULK_IN);
+}
 
 /* Those of the demands that the request does not meet. */
 static uint8_t unmet(uint8_t demands)
@@ -147,8 +208,8 @@ static uint8_t unmet(uint8_t demands)
         demands &= (uint8_t)~VALUE_0;
     if (usb_setup.index == 0)
         demands &= (uint8_t)~INDEX_0;
-    if ((usb_setup.index & 0xFF7Fu) == 0)
-        demands &= (uint8_t)~ENDPOINT_0;
+    if (endpoint_exists())
+        demands &= (uint8_t)~ENDPOINT;
     if (usb_setup.length == 0)
         demands &= (uint8_t)~NO_DATA;
     if (configuration != 0)
@@ -167,16 +228,17 @@ static uint8_t handle_request(void)
     return 0;
 }
 
-void usb_device_poll(void)
+uint8_t usb_device_poll(void)
 {
     uint8_t events = usb_take_events();
 
     if (events & USB_EVENT_RESET)
-        configuration = 0;
+        configure_device(0);
     if (events & USB_EVENT_SETUP) {
         usb_read_setup();
         if (!handle_request())
             usb_control_stall();
     }
     usb_control_continue();
+    return alternate == USB_ALTERNATE_SOURCE_SINK && usb_bulk_serve();
 }

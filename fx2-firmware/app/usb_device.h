@@ -7,7 +7,8 @@
 
 #include <stdint.h>
 
-/* Serve what has happened on USB since the last call. To be called after each interrupt. */
-void usb_device_poll(void);
+/* Serve what has happened on USB since the last call. To be called after each interrupt, and again
+ * while it returns 1. */
+uint8_t usb_device_poll(void);
 
 #endif

@@ -22,6 +22,7 @@ __sfr __at(0x8A) TL0;
 __sfr __at(0x8C) TH0;
 __sfr __at(0x8E) CKCON;
 __sfr __at(0x91) EXIF;
+__sfr __at(0xAA) EP2468STAT;
 __sfr __at(0xB0) IOD;
 __sfr __at(0xB1) IOE;
 __sfr __at(0xB2) OEA;
@@ -39,6 +40,9 @@ __sbit __at(0xA9) ET0;
 __sbit __at(0xAF) EA;
 
 #define PCON_IDLE 0x01u
+
+#define EP2468STAT_EP2_EMPTY 0x01u
+#define EP2468STAT_EP6_FULL  0x20u
 
 #define TMOD_T0_16BIT 0x01u
 #define CKCON_T0M     0x08u /* timer 0 counts CLKOUT/4 instead of CLKOUT/12 */
@@ -81,6 +85,7 @@ __sbit __at(0xAF) EA;
 #define EPCFG_IN      0x40u
 #define EPCFG_BULK    0x20u
 #define EPCFG_QUAD    0x00u
+#define EPCFG_DOUBLE  0x02u
 #define EP2FIFOCFG    XREG(0xE618)
 #define EP4FIFOCFG    XREG(0xE619)
 #define EP6FIFOCFG    XREG(0xE61A)
@@ -90,6 +95,8 @@ __sbit __at(0xAF) EA;
 #define EPIE           XREG(0xE65E)
 #define EPIRQ          XREG(0xE65F)
 #define EPIRQ_EP0IN    0x01u
+#define EPIRQ_EP2      0x10u
+#define EPIRQ_EP6      0x40u
 #define USBIE          XREG(0xE65C)
 #define USBIRQ         XREG(0xE65D)
 #define USBIRQ_SUDAV   0x01u
@@ -97,6 +104,7 @@ __sbit __at(0xAF) EA;
 #define USBIRQ_HSGRANT 0x20u
 #define INTSETUP       XREG(0xE668)
 #define USBCS          XREG(0xE680)
+#define USBCS_HSM      0x80u
 #define USBCS_DISCON   0x08u
 #define USBCS_RENUM    0x02u
 #define EP0BCH         XREG(0xE68A)
@@ -105,6 +113,17 @@ __sbit __at(0xAF) EA;
 #define EP0CS_HSNAK    0x80u /* written as 1: the status stage may be acknowledged */
 #define EP0CS_BUSY     0x02u
 #define EP0CS_STALL    0x01u
+#define EP2BCL         XREG(0xE691)
+#define EPBCL_SKIP     0x80u /* OUT: give the buffer back to the host unread */
+#define EP6BCH         XREG(0xE698)
+#define EP6BCL         XREG(0xE699)
+#define EP2CS          XREG(0xE6A3)
+#define EP6CS          XREG(0xE6A5)
+#define EPCS_STALL     0x01u
+#define TOGCTL         XREG(0xE683)
+#define TOGCTL_IN      0x10u
+#define TOGCTL_RESET   0x20u
+#define EP6FIFOBUF     ((volatile __xdata uint8_t *)0xF800)
 #define SETUPDAT       ((volatile __xdata uint8_t *)0xE6B8)
 #define EP0BUF         ((volatile __xdata uint8_t *)0xE740)
 

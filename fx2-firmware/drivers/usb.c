@@ -22,8 +22,8 @@ ISR(usb_isr, INTERRUPT_USB)
     /* The CPU's flag first, then the cause: a cause that comes in between sets the flag again. */
     EXIF &= (uint8_t)~EXIF_USBINT;
     USBIRQ = causes;
-    EPIRQ = EPIRQ_EP0IN; /* nothing to note: it only wakes the CPU for usb_control_continue() */
-    pending |= causes;
+    EPIRQ = 0xFF;
+    pending |= causes | USB_EVENT_ENDPOINT;
 }
 
 static const CODE register_value_t setup[] = {
@@ -37,7 +37,7 @@ static const CODE register_value_t setup[] = {
     {XREG_ADDRESS(USBIRQ), 0xFF},
     {XREG_ADDRESS(EPIRQ), 0xFF},
     {XREG_ADDRESS(USBIE), EVENTS},
-    {XREG_ADDRESS(EPIE), EPIRQ_EP0IN},
+    {XREG_ADDRESS(EPIE), EPIRQ_EP0IN | EPIRQ_EP2 | EPIRQ_EP6},
 };
 
 void usb_init(void)
@@ -49,6 +49,11 @@ void usb_init(void)
 void usb_connect(void)
 {
     USBCS = USBCS_RENUM;
+}
+
+uint8_t usb_is_high_speed(void)
+{
+    return (USBCS & USBCS_HSM) != 0;
 }
 
 uint8_t usb_has_events(void)

@@ -24,11 +24,16 @@ typedef struct {
 extern usb_setup_t usb_setup;
 
 /* Events, as bits. */
-#define USB_EVENT_SETUP 0x01u /* a SETUP packet waits: usb_read_setup() */
-#define USB_EVENT_RESET 0x10u /* bus reset: the device is unconfigured */
+#define USB_EVENT_SETUP    0x01u /* a SETUP packet waits: usb_read_setup() */
+#define USB_EVENT_RESET    0x10u /* bus reset: the device is unconfigured */
+#define USB_EVENT_ENDPOINT 0x80u /* an endpoint has sent or taken a packet */
 
-/* Take requests in firmware, but stay off the bus. Endpoints 1, 2, 4 and 8 are disabled. */
+/* Take requests in firmware, but stay off the bus. Endpoints 1, 2, 4 and 8 are disabled; 6 belongs
+ * to drivers/flash_stream.h until usb_bulk_open(). */
 void usb_init(void);
+
+/* 1 at high speed, 0 at full speed. Settled when the first SETUP arrives. */
+uint8_t usb_is_high_speed(void);
 
 /* Connect the pull-up on D+: a host may find the device from now on. */
 void usb_connect(void);

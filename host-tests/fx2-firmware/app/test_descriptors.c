@@ -17,7 +17,7 @@ static uint16_t word(const uint8_t *at)
 
 static const uint8_t *find(uint8_t type, uint8_t index)
 {
-    const uint8_t *descriptor = descriptor_find(type, index);
+    const uint8_t *descriptor = descriptor_find(type, index, 1);
 
     TEST_ASSERT_NOT_NULL(descriptor);
     TEST_ASSERT_EQUAL(type, descriptor[1]);
@@ -48,31 +48,51 @@ static void test_the_qualifier_repeats_the_device(void)
     TEST_ASSERT_EQUAL(0, qualifier[9]);
 }
 
-static void check_configuration(uint8_t type)
+static void check_configuration(uint8_t type, uint8_t high_speed, uint16_t packet)
 {
-    const uint8_t *all = find(type, 0);
+    const uint8_t *all = descriptor_find(type, 0, high_speed);
     uint16_t total = word(all + 2);
     uint16_t at = 0;
     int interfaces = 0;
+    int endpoints = 0;
+    int announced = 0;
 
     TEST_ASSERT_EQUAL(9, all[0]);
+    TEST_ASSERT_EQUAL(type, all[1]);
     TEST_ASSERT_EQUAL(total, descriptor_length(all));
     TEST_ASSERT_EQUAL(USB_CONFIGURATION_VALUE, all[5]);
     TEST_ASSERT_EQUAL_HEX8(0xC0, all[7]); /* self-powered, as bit 7 demands */
     while (at < total) {
-        TEST_ASSERT_GREATER_OR_EQUAL(2, all[at]);
-        if (all[at + 1] == USB_DESCRIPTOR_INTERFACE && all[at + 3] == 0)
-            interfaces++;
-        at = (uint16_t)(at + all[at]);
+        const uint8_t *one = all + at;
+
+        TEST_ASSERT_GREATER_OR_EQUAL(2, one[0]);
+        if (one[1] == USB_DESCRIPTOR_INTERFACE) {
+            TEST_ASSERT_EQUAL(announced, endpoints);
+            announced += one[4];
+            interfaces += one[3] == 0;
+        } else if (one[1] == USB_DESCRIPTOR_ENDPOINT) {
+            endpoints++;
+            TEST_ASSERT_EQUAL(2, one[3]); /* bulk */
+            TEST_ASSERT_EQUAL(packet, word(one + 4));
+        }
+        at = (uint16_t)(at + one[0]);
     }
     TEST_ASSERT_EQUAL(total, at);
     TEST_ASSERT_EQUAL(all[4], interfaces);
+    TEST_ASSERT_EQUAL(announced, endpoints);
+    TEST_ASSERT_EQUAL(2, endpoints);
 }
 
 static void test_the_configuration_adds_up_at_both_speeds(void)
 {
-    check_configuration(USB_DESCRIPTOR_CONFIGURATION);
-    check_configuration(USB_DESCRIPTOR_OTHER_SPEED);
+    check_configuration(USB_DESCRIPTOR_CONFIGURATION, 1, 512);
+    check_configuration(USB_DESCRIPTOR_CONFIGURATION, 0, 64);
+}
+
+static void test_the_other_speed_is_the_other_speed(void)
+{
+    check_configuration(USB_DESCRIPTOR_OTHER_SPEED, 1, 64);
+    check_configuration(USB_DESCRIPTOR_OTHER_SPEED, 0, 512);
 }
 
 static void check_string(uint8_t index, const char *text)
@@ -101,7 +121,7 @@ static void test_nothing_else_exists(void)
 
     for (int type = 0; type < 256; type++) {
         for (int index = 0; index < 256; index++)
-            exist += descriptor_find((uint8_t)type, (uint8_t)index) != NULL;
+            exist += descriptor_find((uint8_t)type, (uint8_t)index, 0) != NULL;
     }
     TEST_ASSERT_EQUAL(4 + 3, exist);
 }
@@ -112,6 +132,7 @@ int main(void)
     RUN_TEST(test_the_device_names_itself_and_its_api_level);
     RUN_TEST(test_the_qualifier_repeats_the_device);
     RUN_TEST(test_the_configuration_adds_up_at_both_speeds);
+    RUN_TEST(test_the_other_speed_is_the_other_speed);
     RUN_TEST(test_the_strings_that_the_device_names_exist);
     RUN_TEST(test_nothing_else_exists);
     return UNITY_END();

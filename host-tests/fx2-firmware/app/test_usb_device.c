@@ -30,6 +30,7 @@ static void set_configuration(uint16_t value)
 
 void setUp(void)
 {
+    fake_usb_high_speed = 1;
     fake_usb_bus_reset();
     usb_device_poll();
     memset(&fpga_status, 0, sizeof fpga_status);
@@ -37,6 +38,11 @@ void setUp(void)
 }
 
 void tearDown(void) {}
+
+static void set_interface(uint16_t alternate)
+{
+    request(0x01, 11, alternate, 0, 0);
+}
 
 static void assert_stalled(void)
 {
@@ -66,7 +72,7 @@ static void assert_configuration(uint8_t value)
 
 static void test_descriptors_are_cut_to_what_was_asked_for(void)
 {
-    const uint8_t *device = descriptor_find(USB_DESCRIPTOR_DEVICE, 0);
+    const uint8_t *device = descriptor_find(USB_DESCRIPTOR_DEVICE, 0, 1);
 
     for (uint16_t length = 1; length < 300; length++) {
         request(0x80, 6, 0x0100, 0, length);
@@ -77,7 +83,7 @@ static void test_descriptors_are_cut_to_what_was_asked_for(void)
 
 static void test_a_configuration_comes_with_all_that_belongs_to_it(void)
 {
-    const uint8_t *all = descriptor_find(USB_DESCRIPTOR_CONFIGURATION, 0);
+    const uint8_t *all = descriptor_find(USB_DESCRIPTOR_CONFIGURATION, 0, 1);
 
     request(0x80, 6, 0x0200, 0, 9);
     assert_sent(all, 9);
@@ -164,7 +170,9 @@ static void test_the_interface_exists_only_when_configured(void)
 static void test_other_interfaces_and_settings_stall(void)
 {
     set_configuration(1);
-    request(0x01, 11, 1, 0, 0);
+    set_interface(2);
+    assert_stalled();
+    set_interface(0x0101);
     assert_stalled();
     request(0x01, 11, 0, 1, 0);
     assert_stalled();
@@ -189,6 +197,85 @@ static void test_endpoint_0_is_never_halted(void)
     request(0x82, 0, 0, 0x82, 2);
     assert_stalled();
     request(0x02, 1, 0, 0x02, 0);
+    assert_stalled();
+}
+
+static void test_the_source_and_sink_open_with_their_setting(void)
+{
+    set_configuration(1);
+    TEST_ASSERT_EQUAL(0, fake_usb_bulk_opened);
+    set_interface(USB_ALTERNATE_SOURCE_SINK);
+    assert_acknowledged();
+    TEST_ASSERT_EQUAL(1, fake_usb_bulk_opened);
+    request(0x81, 10, 0, 0, 1);
+    assert_sent("\1", 1);
+    set_interface(USB_ALTERNATE_CONTROL);
+    assert_acknowledged();
+    TEST_ASSERT_EQUAL(0, fake_usb_bulk_opened);
+}
+
+static void test_choosing_the_setting_again_starts_the_endpoints_anew(void)
+{
+    set_configuration(1);
+    set_interface(USB_ALTERNATE_SOURCE_SINK);
+    request(0x02, 3, 0, 0x86, 0);
+    set_interface(USB_ALTERNATE_SOURCE_SINK);
+    assert_acknowledged();
+    TEST_ASSERT_EQUAL(2, fake_usb_bulk_opened);
+    TEST_ASSERT_FALSE(fake_usb_bulk_halted_in);
+}
+
+static void test_a_reset_or_a_configuration_closes_the_endpoints(void)
+{
+    set_configuration(1);
+    set_interface(USB_ALTERNATE_SOURCE_SINK);
+    set_configuration(1);
+    TEST_ASSERT_EQUAL(0, fake_usb_bulk_opened);
+    request(0x81, 10, 0, 0, 1);
+    assert_sent("\0", 1);
+    set_interface(USB_ALTERNATE_SOURCE_SINK);
+    fake_usb_bus_reset();
+    usb_device_poll();
+    TEST_ASSERT_EQUAL(0, fake_usb_bulk_opened);
+}
+
+static void test_the_endpoints_stay_closed_while_the_fpga_is_configured(void)
+{
+    set_configuration(1);
+    fpga_status.result = CONFIG_BUSY;
+    set_interface(USB_ALTERNATE_SOURCE_SINK);
+    assert_stalled();
+    TEST_ASSERT_EQUAL(0, fake_usb_bulk_opened);
+}
+
+static void test_bulk_endpoints_halt_and_start_again(void)
+{
+    set_configuration(1);
+    set_interface(USB_ALTERNATE_SOURCE_SINK);
+    request(0x02, 3, 0, 0x02, 0);
+    assert_acknowledged();
+    request(0x82, 0, 0, 0x02, 2);
+    assert_sent("\1\0", 2);
+    request(0x82, 0, 0, 0x86, 2);
+    assert_sent("\0\0", 2);
+    request(0x02, 1, 0, 0x02, 0);
+    assert_acknowledged();
+    TEST_ASSERT_FALSE(fake_usb_bulk_halted_out);
+}
+
+static void test_endpoints_of_another_setting_or_address_stall(void)
+{
+    set_configuration(1);
+    request(0x02, 3, 0, 0x86, 0);
+    assert_stalled();
+    set_interface(USB_ALTERNATE_SOURCE_SINK);
+    request(0x82, 0, 0, 0x82, 2);
+    assert_stalled();
+    request(0x02, 1, 0, 0x06, 0);
+    assert_stalled();
+    request(0x02, 3, 1, 0x86, 0); /* a feature that endpoints do not have */
+    assert_stalled();
+    request(0x02, 3, 0, 0x0186, 0);
     assert_stalled();
 }
 
@@ -284,6 +371,12 @@ int main(void)
     RUN_TEST(test_other_interfaces_and_settings_stall);
     RUN_TEST(test_the_device_is_self_powered);
     RUN_TEST(test_endpoint_0_is_never_halted);
+    RUN_TEST(test_the_source_and_sink_open_with_their_setting);
+    RUN_TEST(test_choosing_the_setting_again_starts_the_endpoints_anew);
+    RUN_TEST(test_a_reset_or_a_configuration_closes_the_endpoints);
+    RUN_TEST(test_the_endpoints_stay_closed_while_the_fpga_is_configured);
+    RUN_TEST(test_bulk_endpoints_halt_and_start_again);
+    RUN_TEST(test_endpoints_of_another_setting_or_address_stall);
     RUN_TEST(test_the_fpgas_status_is_passed_on);
     RUN_TEST(test_an_ill_formed_status_request_stalls);
     RUN_TEST(test_a_request_for_no_bytes_is_acknowledged);

@@ -15,6 +15,12 @@ typedef struct {
 } fake_usb_answer_t;
 
 extern fake_usb_answer_t fake_usb_answer;
+extern int fake_usb_high_speed;
+
+/* The bulk endpoints: opened how often since they were last closed, and halted or not. */
+extern int fake_usb_bulk_opened;
+extern int fake_usb_bulk_halted_out;
+extern int fake_usb_bulk_halted_in;
 
 /* Put a SETUP packet, or a bus reset, before the firmware; the next poll finds it. */
 void fake_usb_setup(uint8_t type, uint8_t number, uint16_t value, uint16_t index, uint16_t length);

@@ -298,6 +298,59 @@ fn strings_are_read_in_one_piece_or_several() {
     }
 }
 
+/// Chooses alternate setting 1: endpoint 2 swallows, endpoint 6 gives zeros.
+fn open_source_and_sink(host: &mut Host, robot: &mut Robot) {
+    host.enumerate(&mut robot.bench()).expect("it enumerates");
+    while u32::from(ask(host, &mut robot.bench()).result) == c::CONFIG_BUSY {
+        robot.run_until(robot.fx2.now() + MS);
+    }
+    host.control_out(&mut robot.bench(), get(0x01, 11, 1, 0), &[]).expect("SET_INTERFACE");
+    for endpoint in [2, 6] {
+        host.clear_toggles(endpoint);
+    }
+}
+
+#[test]
+fn source_and_sink_move_packets_at_both_speeds() {
+    for (mut host, packet) in [(Host::new(), 512), (Host::full_speed(), 64)] {
+        let mut robot = Robot::new(firmware(), &flash_image());
+        host.set_budget(50 * MS);
+        open_source_and_sink(&mut host, &mut robot);
+        for n in 0..50 {
+            let length = [packet, 1, 0, packet - 1][n % 4];
+            host.bulk_out(&mut robot.bench(), 2, &vec![0xA5; length]).expect("the sink takes it");
+            let data = host.bulk_in(&mut robot.bench(), 6).expect("the source gives");
+            assert_eq!(data, vec![0; packet]);
+        }
+        assert_eq!(robot.complaints(), [""; 0]);
+    }
+}
+
+#[test]
+fn a_halted_endpoint_stalls_until_it_is_cleared() {
+    let mut robot = Robot::new(firmware(), &flash_image());
+    let mut host = Host::new();
+    host.set_budget(50 * MS);
+    open_source_and_sink(&mut host, &mut robot);
+    for (address, number) in [(0x02, 2), (0x86, 6)] {
+        let transfer = |host: &mut Host, robot: &mut Robot| match number {
+            2 => host.bulk_out(&mut robot.bench(), 2, &[1; 512]),
+            _ => host.bulk_in(&mut robot.bench(), 6).map(drop),
+        };
+        for _ in 0..3 {
+            transfer(&mut host, &mut robot).expect("a packet passes");
+        }
+        host.control_out(&mut robot.bench(), get(0x02, 3, 0, address), &[]).expect("SET_FEATURE");
+        assert_eq!(transfer(&mut host, &mut robot), Err(HostError::Stall));
+        host.control_out(&mut robot.bench(), get(0x02, 1, 0, address), &[]).expect("CLEAR_FEATURE");
+        host.clear_toggles(number);
+        for _ in 0..10 {
+            transfer(&mut host, &mut robot).expect("a packet passes again");
+        }
+    }
+    assert_eq!(robot.complaints(), [""; 0]);
+}
+
 /// Requests of all kinds in a row, answered or refused, and the turret goes on.
 #[test]
 fn no_request_hangs_it() {
