@@ -72,11 +72,16 @@ impl Camera {
         [0, 1, 2].map(|i| axis[i] + u * right[i] + v * down[i])
     }
 
+    /// A point of the world from the lens: its depth along the optical axis, how far right of that
+    /// and how far down, mm.
+    pub fn seen_from_lens(&self, point: [f32; 3]) -> [f32; 3] {
+        let offset = [0, 1, 2].map(|i| point[i] - self.at[i]);
+        self.axes.map(|axis| axis[0] * offset[0] + axis[1] * offset[1] + axis[2] * offset[2])
+    }
+
     /// Where a point of the world appears: x and y in pixels, and its depth; None behind the lens.
     pub fn project(&self, point: [f32; 3]) -> Option<[f32; 3]> {
-        let offset = [0, 1, 2].map(|i| point[i] - self.at[i]);
-        let [depth, right, down] =
-            self.axes.map(|axis| axis[0] * offset[0] + axis[1] * offset[1] + axis[2] * offset[2]);
+        let [depth, right, down] = self.seen_from_lens(point);
         if depth <= 1.0 {
             return None;
         }

@@ -11,6 +11,7 @@ pub mod picture;
 pub mod pitch;
 pub mod referee;
 pub mod render;
+mod shade;
 
 use common_sys::link::Report;
 use common_sys::vision::rgb565;

@@ -1,48 +1,25 @@
 //! What an eye sees: rays through pixels, to the nearest surface.
 //!
-//! Every pixel is first looked at through its centre. Where neighbours show different surfaces, the
-//! pixel is looked at again through 16 points, so that edges lie where they should to a sixteenth of a
-//! pixel or so: disparities are measured to that. White lines are thinner than a pixel far away; their
-//! share of a pixel is computed instead.
+//! Along a ray of depth 1, one over the distance to a plane is linear in the picture's x and y. So of
+//! floor and walls the nearest is the largest of nine linear functions, and a row of the picture falls
+//! into few runs of one surface each. Ball and robot are looked for within their bounds.
+//!
+//! Every pixel is first looked at through its centre. Where neighbours show different surfaces, it is
+//! looked at again through 16 points, each in a column and a row of its own, so that an upright or
+//! level edge lies right to a sixteenth of a pixel: disparities are measured to that. White lines are
+//! thinner than a pixel far away; their share of it is computed instead.
 
-use crate::camera::{Camera, HEIGHT, WIDTH};
+use core::ops::Range;
+
+use crate::camera::{Camera, FOCAL_PX, HEIGHT, WIDTH};
 use crate::physics::Pose;
 use crate::pitch as p;
+use crate::shade::{self, GoalFace, Rgb, Spot, dot};
 
-/// A colour, linear, 0..1 a channel.
-type Rgb = [f32; 3];
+pub use crate::shade::BallColour;
 
 /// A picture as a camera's sensor has it, 0..1 a channel.
 pub type Frame = Vec<Rgb>;
-
-const FLOOR: Rgb = [0.10, 0.42, 0.20];
-const LINE: Rgb = [0.92, 0.92, 0.90];
-const WALL: Rgb = [0.40, 0.40, 0.41];
-const GOAL: Rgb = [0.02, 0.02, 0.022];
-const ROOM: [Rgb; 3] = [[0.62, 0.60, 0.56], [0.24, 0.28, 0.45], [0.50, 0.46, 0.40]];
-const BLACK: Rgb = [0.04, 0.04, 0.04];
-const WHITE: Rgb = [0.90, 0.90, 0.88];
-const TURRET: Rgb = [0.12, 0.14, 0.13];
-const SEAM: Rgb = [0.86, 0.86, 0.74];
-
-/// Colours of the ball.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum BallColour {
-    /// As the league plays.
-    #[default]
-    Yellow,
-    /// One that no yellow detector may find.
-    Pink,
-}
-
-impl BallColour {
-    const fn rgb(self) -> Rgb {
-        match self {
-            Self::Yellow => [0.93, 0.80, 0.12],
-            Self::Pink => [0.93, 0.45, 0.68],
-        }
-    }
-}
 
 /// What there is to see.
 #[derive(Clone, Copy, Debug)]
@@ -56,18 +33,33 @@ pub struct Scene {
 }
 
 /// Surfaces that may border on each other in a picture.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Surface {
     Floor,
-    Wall,
+    Wall(u8),
     Goal,
-    Room,
+    Room(u8),
     Ball,
     Stripe(u8),
     Turret,
 }
 
-/// The walls as planes n . p = c, seen from inside: normals point outwards.
+impl Surface {
+    /// One byte that tells it from all others: quick to compare.
+    fn key(self) -> u8 {
+        match self {
+            Self::Floor => 0,
+            Self::Goal => 1,
+            Self::Ball => 2,
+            Self::Turret => 3,
+            Self::Wall(wall) => 0x10 + wall,
+            Self::Room(panel) => 0x20 + panel,
+            Self::Stripe(stripe) => 0x40 + stripe,
+        }
+    }
+}
+
+/// The walls as planes n . p = c, seen from inside: normals point outwards. The first two have goals.
 const SQRT_HALF: f32 = core::f32::consts::FRAC_1_SQRT_2;
 const CORNER: f32 = (p::HALF_LENGTH_MM + p::HALF_WIDTH_MM - p::CORNER_CUT_MM) as f32 * SQRT_HALF;
 const WALLS: [([f32; 2], f32); 8] = [
@@ -80,331 +72,632 @@ const WALLS: [([f32; 2], f32); 8] = [
     ([SQRT_HALF, -SQRT_HALF], CORNER),
     ([-SQRT_HALF, -SQRT_HALF], CORNER),
 ];
+/// Walls of the room, as far from the centre spot in x and in y (assumption).
+const ROOM_MM: [f32; 2] = [2200.0, 1800.0];
+/// The turret above the dress (assumption).
+const TURRET_RADIUS_MM: f32 = 15.0;
+/// See [`TURRET_RADIUS_MM`].
+const TURRET_TOP_MM: f32 = 112.0;
+const BALL_RADIUS: f32 = p::BALL_RADIUS_MM as f32;
+const ROBOT_RADIUS: f32 = p::ROBOT_RADIUS_MM as f32;
+const ROBOT_HEIGHT: f32 = p::ROBOT_HEIGHT_MM as f32;
+const STRIPES: usize = p::ROBOT_STRIPES as usize;
+
+/// A function of the picture's x and y that is linear in both.
+#[derive(Clone, Copy, Default)]
+struct Linear {
+    start: f32,
+    across: f32,
+    down: f32,
+}
+
+impl Linear {
+    fn at(&self, [x, y]: [f32; 2]) -> f32 {
+        self.start + self.across * x + self.down * y
+    }
+
+    /// The sum of two of them, weighed.
+    fn sum(a: &Self, weight_a: f32, b: &Self, weight_b: f32) -> Self {
+        Self {
+            start: a.start * weight_a + b.start * weight_b,
+            across: a.across * weight_a + b.across * weight_b,
+            down: a.down * weight_a + b.down * weight_b,
+        }
+    }
+}
+
+/// Pixels that may show an object: x and y ranges.
+type Bounds = [Range<usize>; 2];
+const NOWHERE: Bounds = [0..0, 0..0];
+const EVERYWHERE: Bounds = [0..WIDTH, 0..HEIGHT];
+
+fn contains(bounds: &Bounds, x: usize, y: usize) -> bool {
+    bounds[0].contains(&x) && bounds[1].contains(&y)
+}
+
+/// The dress of a robot as the camera sees it: stripes by how far left of its axis a point lies.
+#[derive(Clone, Copy)]
+struct Dress {
+    axis: [f32; 2],
+    /// Direction from the axis to the left of the camera's view of it, length 1.
+    lateral: [f32; 2],
+    /// Where the next stripe begins, as part of the radius along `lateral`; `first` is seen before.
+    begins: [f32; STRIPES],
+    count: usize,
+    first: u8,
+}
+
+impl Dress {
+    fn new(robot: Pose, camera_at: [f32; 3]) -> Self {
+        let axis = [robot.x_mm as f32, robot.y_mm as f32];
+        let (dx, dy) = (camera_at[0] - axis[0], camera_at[1] - axis[1]);
+        let distance = (dx * dx + dy * dy).sqrt().max(1.0);
+        let towards = [dx / distance, dy / distance];
+        let lateral = [-towards[1], towards[0]];
+        let mut dress = Self { axis, lateral, begins: [0.0; STRIPES], count: 0, first: 0 };
+        let edges: [[f32; 2]; STRIPES] = core::array::from_fn(|k| {
+            let turn = 2.0 * core::f64::consts::PI * k as f64 / STRIPES as f64;
+            let (sin, cos) = libm::sincos(robot.heading_rad + turn);
+            [cos as f32, sin as f32]
+        });
+        let seen = |k: usize| edges[k][0] * towards[0] + edges[k][1] * towards[1] > 0.0;
+        // The edge after one that is hidden is the first to be seen; angles grow from there.
+        if let Some(start) = (0..STRIPES).find(|&k| seen(k) && !seen((k + STRIPES - 1) % STRIPES)) {
+            dress.first = ((start + STRIPES - 1) % STRIPES) as u8;
+            for k in (start..start + STRIPES).map(|k| k % STRIPES).take_while(|&k| seen(k)) {
+                dress.begins[dress.count] = edges[k][0] * lateral[0] + edges[k][1] * lateral[1];
+                dress.count += 1;
+            }
+        }
+        dress
+    }
+
+    fn stripe(&self, normal: [f32; 2]) -> u8 {
+        let left = normal[0] * self.lateral[0] + normal[1] * self.lateral[1];
+        let passed = self.begins[..self.count].iter().filter(|&&begin| left > begin).count();
+        ((usize::from(self.first) + passed) % STRIPES) as u8
+    }
+}
 
 /// A scene as one camera sees it, with what can be computed once a picture.
 struct View<'a> {
     camera: &'a Camera,
     scene: &'a Scene,
-    /// Distance of each wall from the lens.
-    wall_distance: [f32; 8],
+    /// The ray's three components.
+    ray: [Linear; 3],
+    /// One over the distance to each wall's plane, and to the floor; negative = behind.
+    walls: [Linear; 8],
+    floor: Linear,
     ball: Option<[f32; 3]>,
-    robot: Option<[f32; 3]>,
-}
-
-/// Pixels that may show an object: x and y ranges.
-type Bounds = [core::ops::Range<usize>; 2];
-
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn scale(colour: Rgb, factor: f32) -> Rgb {
-    colour.map(|channel| channel * factor)
-}
-
-fn mix(a: Rgb, b: Rgb, share_of_b: f32) -> Rgb {
-    [0, 1, 2].map(|i| a[i] + (b[i] - a[i]) * share_of_b)
-}
-
-/// A fixed random number in -1..1 for a place on a grid: grain of floor and felt.
-fn grain(x: i32, y: i32, z: i32) -> f32 {
-    let mut h = (x as u32).wrapping_mul(0x9E37_79B1)
-        ^ (y as u32).wrapping_mul(0x85EB_CA77)
-        ^ (z as u32).wrapping_mul(0xC2B2_AE3D);
-    h = (h ^ (h >> 15)).wrapping_mul(0x2C1B_3C6D);
-    h ^= h >> 13;
-    (h & 0xFFFF) as f32 / 32768.0 - 1.0
+    dress: Option<Dress>,
+    ball_bounds: Bounds,
+    robot_bounds: Bounds,
+    /// Something stands so near a goal that its posts may hide it.
+    in_goal: bool,
+    /// The lens itself is in a goal: the one at this end.
+    lens_in_goal: Option<usize>,
 }
 
 /// Draw what `camera` sees of `scene` into `frame`.
 pub fn render(camera: &Camera, scene: &Scene, frame: &mut Frame) {
     let view = View::new(camera, scene);
-    let ball_bounds = view.ball_bounds();
-    let robot_bounds = view.robot_bounds();
-    let mut surfaces = vec![Surface::Floor; WIDTH * HEIGHT];
+    let mut keys = vec![Surface::Floor.key(); WIDTH * HEIGHT];
     frame.resize(WIDTH * HEIGHT, [0.0; 3]);
-
-    for y in 0..HEIGHT {
-        for x in 0..WIDTH {
-            let inside = |b: &Bounds| b[0].contains(&x) && b[1].contains(&y);
-            let ray = camera.ray(x as f32, y as f32);
-            let (surface, colour) = view.look(ray, inside(&ball_bounds), inside(&robot_bounds));
-            surfaces[y * WIDTH + x] = surface;
-            frame[y * WIDTH + x] = colour;
-        }
+    let rows = keys.chunks_exact_mut(WIDTH).zip(frame.chunks_exact_mut(WIDTH));
+    for (y, (keys, colours)) in rows.enumerate() {
+        view.draw_row(y as f32, keys, colours);
     }
-    for y in 0..HEIGHT {
-        for x in 0..WIDTH {
-            if borders(&surfaces, x, y) {
-                frame[y * WIDTH + x] = view.look_closely(x, y);
-            }
-        }
+    for bounds in [&view.ball_bounds, &view.robot_bounds] {
+        view.draw_objects(bounds, &mut keys, frame);
+    }
+    for index in borders(&keys) {
+        frame[index] = view.look_closely(index % WIDTH, index / WIDTH);
     }
 }
 
-/// Whether a neighbour shows another surface.
-fn borders(surfaces: &[Surface], x: usize, y: usize) -> bool {
-    let here = surfaces[y * WIDTH + x];
-    (x > 0 && surfaces[y * WIDTH + x - 1] != here)
-        || (x + 1 < WIDTH && surfaces[y * WIDTH + x + 1] != here)
-        || (y > 0 && surfaces[(y - 1) * WIDTH + x] != here)
-        || (y + 1 < HEIGHT && surfaces[(y + 1) * WIDTH + x] != here)
+/// Pixels with a neighbour that shows another surface.
+fn borders(keys: &[u8]) -> Vec<usize> {
+    let mut marked = vec![false; keys.len()];
+    let mut mark = |step: usize, width: usize| {
+        for y in 0..keys.len() / WIDTH {
+            let from = y * WIDTH;
+            let (here, there) = (from..from + width, from + step..from + step + width);
+            let Some(others) = keys.get(there.clone()) else { break };
+            let differs = |i: usize| keys[here.start + i] != others[i];
+            for (i, flag) in marked[here.clone()].iter_mut().enumerate() {
+                *flag |= differs(i);
+            }
+            for (i, flag) in marked[there].iter_mut().enumerate() {
+                *flag |= differs(i);
+            }
+        }
+    };
+    mark(1, WIDTH - 1);
+    mark(WIDTH, WIDTH);
+    (0..marked.len()).filter(|&index| marked[index]).collect()
 }
 
 impl<'a> View<'a> {
     fn new(camera: &'a Camera, scene: &'a Scene) -> Self {
         let at = camera.at;
-        let centre = |xy: [f64; 2], z: f64| [xy[0] as f32, xy[1] as f32, z as f32];
-        Self {
+        let ray = [0, 1, 2].map(|i| {
+            let corner = camera.ray(0.0, 0.0)[i];
+            let step = |x, y| camera.ray(x, y)[i] - corner;
+            let (last_x, last_y) = ((WIDTH - 1) as f32, (HEIGHT - 1) as f32);
+            Linear {
+                start: corner,
+                across: step(last_x, 0.0) / last_x,
+                down: step(0.0, last_y) / last_y,
+            }
+        });
+        let walls = WALLS.map(|(n, c)| {
+            let distance = c - n[0] * at[0] - n[1] * at[1];
+            // A lens in a goal is beyond a wall's plane and never sees that wall.
+            let per = if distance > 0.1 { 1.0 / distance } else { 0.0 };
+            Linear::sum(&ray[0], n[0] * per, &ray[1], n[1] * per)
+        });
+        let floor = Linear::sum(&ray[2], -1.0 / at[2], &ray[2], 0.0);
+        let near_goal = |x: f64, radius: f64| x.abs() + radius > p::HALF_LENGTH_MM;
+        let mut view = Self {
             camera,
             scene,
-            wall_distance: WALLS.map(|(n, c)| c - n[0] * at[0] - n[1] * at[1]),
-            ball: scene.ball_mm.map(|ball| centre(ball, p::BALL_RADIUS_MM)),
-            robot: scene.robot.map(|robot| centre([robot.x_mm, robot.y_mm], 0.0)),
-        }
+            ray,
+            walls,
+            floor,
+            ball: scene.ball_mm.map(|[x, y]| [x as f32, y as f32, BALL_RADIUS]),
+            dress: scene.robot.map(|robot| Dress::new(robot, at)),
+            ball_bounds: NOWHERE,
+            robot_bounds: NOWHERE,
+            in_goal: scene.ball_mm.is_some_and(|[x, _]| near_goal(x, p::BALL_RADIUS_MM))
+                || scene.robot.is_some_and(|robot| near_goal(robot.x_mm, p::ROBOT_RADIUS_MM)),
+            lens_in_goal: (0..2).find(|&end| WALLS[end].0[0] * at[0] > WALLS[end].1 - 0.1),
+        };
+        view.ball_bounds = view.ball.map_or(NOWHERE, |ball| view.bounds(ball, BALL_RADIUS));
+        view.robot_bounds = view.dress.map_or(NOWHERE, |dress| view.dress_bounds(dress.axis));
+        view
     }
 
-    /// Bounds of a sphere in the picture, generously; everything if it is very near.
+    /// Bounds of a sphere in the picture; everything if the lens is nearly inside.
     fn bounds(&self, centre: [f32; 3], radius: f32) -> Bounds {
-        let clamp = |low: f32, high: f32, most: usize| {
-            (low.max(0.0) as usize).min(most)..(high.max(0.0) as usize).min(most)
-        };
-        let Some([x, y, depth]) = self.camera.project(centre) else {
-            let offset = [0, 1, 2].map(|i| centre[i] - self.camera.at[i]);
-            let near = dot(offset, offset) < (3.0 * radius) * (3.0 * radius);
-            return if near { [0..WIDTH, 0..HEIGHT] } else { [0..0, 0..0] };
-        };
-        if depth < 2.0 * radius {
-            return [0..WIDTH, 0..HEIGHT];
+        let [depth, right, down] = self.camera.seen_from_lens(centre);
+        if depth < -radius {
+            return NOWHERE;
         }
-        // A sphere off the axis appears as an ellipse, larger by at most 1/cos of its angle.
-        let size = crate::camera::FOCAL_PX as f32 * radius / (depth - radius) * 1.4 + 2.0;
-        [clamp(x - size, x + size + 1.0, WIDTH), clamp(y - size, y + size + 1.0, HEIGHT)]
+        if depth < 1.1 * radius {
+            return EVERYWHERE;
+        }
+        // Tangents from the lens to the sphere, seen along one of the picture's axes.
+        let range = |off: f32, middle: f32, most: usize| {
+            let square = depth * depth - radius * radius;
+            let swing = radius * (off * off + square).sqrt();
+            let pixel =
+                |sign: f32| middle + FOCAL_PX as f32 * (off * depth + sign * swing) / square;
+            let low = (pixel(-1.0).max(0.0) as usize).min(most);
+            let high = ((pixel(1.0) + 2.0).max(0.0) as usize).min(most);
+            low..high
+        };
+        let middle = |size: usize| (size - 1) as f32 / 2.0;
+        [range(right, middle(WIDTH), WIDTH), range(down, middle(HEIGHT), HEIGHT)]
     }
 
-    fn ball_bounds(&self) -> Bounds {
-        self.ball.map_or([0..0, 0..0], |ball| self.bounds(ball, p::BALL_RADIUS_MM as f32))
+    /// Bounds of a robot: of the spheres around the lowest and the highest point of its axis.
+    fn dress_bounds(&self, axis: [f32; 2]) -> Bounds {
+        let [foot, top] =
+            [0.0, TURRET_TOP_MM].map(|z| self.bounds([axis[0], axis[1], z], ROBOT_RADIUS));
+        let both = |a: &Range<usize>, b: &Range<usize>| {
+            if a.is_empty() {
+                b.clone()
+            } else if b.is_empty() {
+                a.clone()
+            } else {
+                a.start.min(b.start)..a.end.max(b.end)
+            }
+        };
+        [both(&foot[0], &top[0]), both(&foot[1], &top[1])]
     }
 
-    fn robot_bounds(&self) -> Bounds {
-        let half_height = p::ROBOT_HEIGHT_MM as f32 / 2.0;
-        let radius = p::ROBOT_RADIUS_MM as f32;
-        self.robot.map_or([0..0, 0..0], |[x, y, _]| {
-            self.bounds([x, y, half_height], (half_height * half_height + radius * radius).sqrt())
-        })
+    /// Floor and walls of one row, run by run.
+    fn draw_row(&self, row: f32, keys: &mut [u8], colours: &mut [Rgb]) {
+        if self.lens_in_goal.is_some() {
+            for (x, (key, colour)) in keys.iter_mut().zip(colours).enumerate() {
+                let point = [x as f32, row];
+                let surface = self.pitch_at(point).0;
+                *key = surface.key();
+                *colour = self.shade(surface, point);
+            }
+            return;
+        }
+        let mut x = 0;
+        while x < WIDTH {
+            let nearest = self.nearest_plane([x as f32, row]);
+            let end = self.end_of_run(nearest, x, row);
+            match nearest {
+                None => self.draw_floor(row, x, &mut colours[x..end]),
+                Some(wall) => {
+                    self.draw_wall(wall, [x as f32, row], &mut keys[x..end], &mut colours[x..end]);
+                }
+            }
+            x = end;
+        }
     }
 
-    /// The mean over 16 points of a pixel.
-    fn look_closely(&self, x: usize, y: usize) -> Rgb {
-        let mut sum = [0.0; 3];
-        for sub_y in 0..4 {
-            for sub_x in 0..4 {
-                let ray = self.camera.ray(
-                    x as f32 + (sub_x as f32 - 1.5) / 4.0,
-                    y as f32 + (sub_y as f32 - 1.5) / 4.0,
-                );
-                let (_, colour) = self.look(ray, true, true);
-                sum = [0, 1, 2].map(|i| sum[i] + colour[i]);
+    /// A run of floor from column `x` on; its keys are there already.
+    fn draw_floor(&self, row: f32, x: usize, colours: &mut [Rgb]) {
+        let floor = FloorRow::new(self, row);
+        for (index, colour) in colours.iter_mut().enumerate() {
+            *colour = self.shade_spot(&floor.spot((x + index) as f32));
+        }
+    }
+
+    /// A run of a wall, with its goal and the room above it.
+    fn draw_wall(&self, wall: usize, start: [f32; 2], keys: &mut [u8], colours: &mut [Rgb]) {
+        for (index, (key, colour)) in keys.iter_mut().zip(colours).enumerate() {
+            let point = [start[0] + index as f32, start[1]];
+            let ray = self.ray_at(point);
+            let depth = 1.0 / self.walls[wall].at(point);
+            let hit = self.hit(ray, depth);
+            let surface = self.on_wall(wall, ray, hit);
+            *colour = match surface {
+                Surface::Wall(_) => shade::wall(wall, hit, depth / FOCAL_PX as f32),
+                other => self.shade(other, point),
+            };
+            *key = surface.key();
+        }
+    }
+
+    /// The wall whose plane a ray meets first, or None for the floor.
+    fn nearest_plane(&self, point: [f32; 2]) -> Option<usize> {
+        let mut most = self.floor.at(point);
+        let mut nearest = None;
+        for (index, wall) in self.walls.iter().enumerate() {
+            let quotient = wall.at(point);
+            if quotient > most {
+                (most, nearest) = (quotient, Some(index));
             }
         }
-        scale(sum, 1.0 / 16.0)
+        nearest
     }
 
-    /// The nearest surface along a ray, and its colour.
-    fn look(&self, ray: [f32; 3], maybe_ball: bool, maybe_robot: bool) -> (Surface, Rgb) {
-        let ball = if maybe_ball { self.hit_ball(ray) } else { None };
-        let robot = if maybe_robot { self.hit_robot(ray) } else { None };
-        match (ball, robot) {
-            (Some((near, colour)), Some((far, ..))) if near <= far => (Surface::Ball, colour),
-            (Some((_, colour)), None) => (Surface::Ball, colour),
-            (_, Some((_, surface, colour))) => (surface, colour),
-            (None, None) => self.look_at_pitch(ray),
+    /// The first column after `x` in which another plane may be nearer.
+    fn end_of_run(&self, nearest: Option<usize>, x: usize, row: f32) -> usize {
+        let plane = |index: Option<usize>| index.map_or(&self.floor, |wall| &self.walls[wall]);
+        let here = plane(nearest);
+        let start = [x as f32, row];
+        let mut end = WIDTH as f32;
+        for other in [None].into_iter().chain((0..WALLS.len()).map(Some)) {
+            let closing = plane(other).across - here.across;
+            if closing > 0.0 {
+                end = end.min(start[0] + (here.at(start) - plane(other).at(start)) / closing);
+            }
+        }
+        (end.ceil() as usize).clamp(x + 1, WIDTH)
+    }
+
+    fn ray_at(&self, point: [f32; 2]) -> [f32; 3] {
+        self.ray.map(|component| component.at(point))
+    }
+
+    /// Where a ray is after so many units of depth.
+    fn hit(&self, ray: [f32; 3], depth: f32) -> [f32; 3] {
+        [0, 1, 2].map(|i| self.camera.at[i] + ray[i] * depth)
+    }
+
+    /// What is seen where a ray meets a wall's plane: the wall, its goal, or the room above it.
+    fn on_wall(&self, wall: usize, ray: [f32; 3], [_, y, z]: [f32; 3]) -> Surface {
+        if z > p::WALL_HEIGHT_MM as f32 {
+            let (room, along) = self.room_at(ray);
+            return Surface::Room(shade::room_panel(along, room[2]));
+        }
+        let opening = y.abs() < p::GOAL_HALF_WIDTH_MM as f32 && z < p::GOAL_HEIGHT_MM as f32;
+        if wall < 2 && opening { Surface::Goal } else { Surface::Wall(wall as u8) }
+    }
+
+    /// Where a ray meets the room's wall, and how far along that is.
+    fn room_at(&self, ray: [f32; 3]) -> ([f32; 3], f32) {
+        let depth = |i: usize| {
+            let wall = if ray[i] > 0.0 { ROOM_MM[i] } else { -ROOM_MM[i] };
+            if ray[i] == 0.0 { f32::MAX } else { (wall - self.camera.at[i]) / ray[i] }
+        };
+        let (end, side) = (depth(0), depth(1));
+        let hit = self.hit(ray, end.min(side));
+        (hit, if end < side { hit[1] + 5000.0 } else { hit[0] })
+    }
+
+    /// The nearest surface of the pitch, and one over its distance where it can hide something.
+    fn pitch_at(&self, point: [f32; 2]) -> (Surface, f32) {
+        self.pitch_among(&Planes::all(self), point)
+    }
+
+    /// The same, of these planes only.
+    fn pitch_among(&self, planes: &Planes, point: [f32; 2]) -> (Surface, f32) {
+        if let Some(end) = self.lens_in_goal {
+            let ray = self.ray_at(point);
+            let outwards = WALLS[end].0[0] * ray[0];
+            let leaves = (WALLS[end].1 - WALLS[end].0[0] * self.camera.at[0]) / outwards;
+            if outwards >= 0.0 || self.goal_face(end, ray).0 < leaves {
+                return (Surface::Goal, 0.0);
+            }
+        }
+        match planes.nearest(point) {
+            (FLOOR_PLANE, _) => (Surface::Floor, 0.0),
+            (wall, per_depth) => {
+                let ray = self.ray_at(point);
+                (self.on_wall(wall, ray, self.hit(ray, 1.0 / per_depth)), per_depth)
+            }
         }
     }
 
-    fn hit_ball(&self, ray: [f32; 3]) -> Option<(f32, Rgb)> {
+    /// Which face of the inside of the goal at this end a ray meets, and after which depth.
+    fn goal_face(&self, end: usize, ray: [f32; 3]) -> (f32, GoalFace) {
+        let at = self.camera.at;
+        let sign = WALLS[end].0[0];
+        let half = p::GOAL_HALF_WIDTH_MM as f32;
+        let back = (p::HALF_LENGTH_MM + p::GOAL_DEPTH_MM) as f32;
+        let reach = |from: f32, to: f32, speed: f32| {
+            let depth = (to - from) / speed;
+            if speed != 0.0 && depth > 0.0 { depth } else { f32::MAX }
+        };
+        let upright = if ray[2] > 0.0 {
+            (reach(at[2], p::GOAL_HEIGHT_MM as f32, ray[2]), GoalFace::Top)
+        } else {
+            (reach(at[2], 0.0, ray[2]), GoalFace::Floor)
+        };
+        let faces = [
+            (reach(sign * at[0], back, sign * ray[0]), GoalFace::Back),
+            (reach(at[1], if ray[1] > 0.0 { half } else { -half }, ray[1]), GoalFace::Side),
+            upright,
+        ];
+        faces.into_iter().fold(faces[0], |best, face| if face.0 < best.0 { face } else { best })
+    }
+
+    /// Ball and robot, where they hide the pitch.
+    fn draw_objects(&self, bounds: &Bounds, keys: &mut [u8], frame: &mut [Rgb]) {
+        for y in bounds[1].clone() {
+            for x in bounds[0].clone() {
+                let point = [x as f32, y as f32];
+                if let Some(surface) = self.object_at(point, self.maybe(x, y)) {
+                    keys[y * WIDTH + x] = surface.key();
+                    frame[y * WIDTH + x] = self.shade(surface, point);
+                }
+            }
+        }
+    }
+
+    /// Whether a pixel may show ball and robot.
+    fn maybe(&self, x: usize, y: usize) -> [bool; 2] {
+        [contains(&self.ball_bounds, x, y), contains(&self.robot_bounds, x, y)]
+    }
+
+    /// The nearer of ball and robot, unless the pitch hides it.
+    fn object_at(&self, point: [f32; 2], maybe: [bool; 2]) -> Option<Surface> {
+        let ray = self.ray_at(point);
+        let ball =
+            if maybe[0] { self.ball_depth(ray).map(|depth| (depth, Surface::Ball)) } else { None };
+        let robot = if maybe[1] { self.robot_at(ray) } else { None };
+        let (depth, surface) = match (ball, robot) {
+            (Some(ball), Some(robot)) => {
+                if ball.0 <= robot.0 {
+                    ball
+                } else {
+                    robot
+                }
+            }
+            (ball, robot) => ball.or(robot)?,
+        };
+        if self.in_goal {
+            let (pitch, per_depth) = self.pitch_at(point);
+            if matches!(pitch, Surface::Wall(_)) && depth * per_depth > 1.0 {
+                return None;
+            }
+        }
+        Some(surface)
+    }
+
+    fn ball_depth(&self, ray: [f32; 3]) -> Option<f32> {
         let centre = self.ball?;
-        let radius = p::BALL_RADIUS_MM as f32;
         let offset = [0, 1, 2].map(|i| self.camera.at[i] - centre[i]);
-        let (a, b) = (dot(ray, ray), dot(ray, offset));
-        let c = dot(offset, offset) - radius * radius;
-        let root = b * b - a * c;
-        if root < 0.0 {
-            return None;
-        }
-        let distance = (-b - root.sqrt()) / a;
-        if distance <= 0.0 {
-            return None;
-        }
-        let normal = [0, 1, 2].map(|i| (offset[i] + ray[i] * distance) / radius);
-        Some((distance, self.felt(normal)))
+        nearer_root(
+            dot(ray, ray),
+            dot(ray, offset),
+            dot(offset, offset) - BALL_RADIUS * BALL_RADIUS,
+        )
     }
 
-    /// Colour of the ball where its surface has this normal: light from above, seam, fuzz.
-    fn felt(&self, normal: [f32; 3]) -> Rgb {
-        let [nx, ny, nz] = normal;
-        let light = 0.62 + 0.38 * nz;
-        // The seam of a tennis ball: a curve that swings between both halves.
-        let swing = nx * nx - ny * ny;
-        let seam = (nz - 0.55 * swing).abs() < 0.05;
-        let colour = if seam && self.scene.ball_colour == BallColour::Yellow {
-            SEAM
-        } else {
-            self.scene.ball_colour.rgb()
-        };
-        let cell = |n: f32| (n * 24.0).floor() as i32;
-        scale(colour, light * (1.0 + 0.05 * grain(cell(nx), cell(ny), cell(nz))))
+    /// Depth at which a ray meets an upright cylinder of this radius around the robot's axis.
+    fn cylinder_depth(&self, ray: [f32; 3], radius: f32) -> Option<f32> {
+        let axis = self.dress?.axis;
+        let (ox, oy) = (self.camera.at[0] - axis[0], self.camera.at[1] - axis[1]);
+        nearer_root(
+            ray[0] * ray[0] + ray[1] * ray[1],
+            ray[0] * ox + ray[1] * oy,
+            ox * ox + oy * oy - radius * radius,
+        )
     }
 
-    fn hit_robot(&self, ray: [f32; 3]) -> Option<(f32, Surface, Rgb)> {
-        let [x, y, _] = self.robot?;
-        let at = self.camera.at;
-        let (radius, height) = (p::ROBOT_RADIUS_MM as f32, p::ROBOT_HEIGHT_MM as f32);
-        let (ox, oy) = (at[0] - x, at[1] - y);
-        let a = ray[0] * ray[0] + ray[1] * ray[1];
-        let b = ray[0] * ox + ray[1] * oy;
-        let c = ox * ox + oy * oy - radius * radius;
-        let root = b * b - a * c;
-        if root < 0.0 || a == 0.0 {
-            return None;
+    /// Dress or turret. Their tops are above the lenses: no eye sees them.
+    fn robot_at(&self, ray: [f32; 3]) -> Option<(f32, Surface)> {
+        let depth = self.cylinder_depth(ray, ROBOT_RADIUS)?;
+        let z = self.camera.at[2] + ray[2] * depth;
+        if (0.0..=ROBOT_HEIGHT).contains(&z) {
+            let stripe = self.dress?.stripe(self.upright_normal(ray, depth, ROBOT_RADIUS));
+            return Some((depth, Surface::Stripe(stripe)));
         }
-        let distance = (-b - root.sqrt()) / a;
-        if distance <= 0.0 {
-            return None;
-        }
-        let z = at[2] + ray[2] * distance;
-        if (0.0..=height).contains(&z) {
-            let normal = [(ox + ray[0] * distance) / radius, (oy + ray[1] * distance) / radius];
-            let (surface, colour) = self.dress(normal, z);
-            return Some((distance, surface, colour));
-        }
-        self.hit_top(ray, [ox, oy], radius, height)
+        let depth = self.cylinder_depth(ray, TURRET_RADIUS_MM)?;
+        let z = self.camera.at[2] + ray[2] * depth;
+        (ROBOT_HEIGHT..TURRET_TOP_MM).contains(&z).then_some((depth, Surface::Turret))
     }
 
-    /// The flat top of the robot, seen from above only.
-    fn hit_top(
-        &self,
-        ray: [f32; 3],
-        offset: [f32; 2],
-        radius: f32,
-        height: f32,
-    ) -> Option<(f32, Surface, Rgb)> {
-        let above = self.camera.at[2] - height;
-        if above <= 0.0 || ray[2] >= 0.0 {
-            return None;
-        }
-        let distance = -above / ray[2];
-        let (hx, hy) = (offset[0] + ray[0] * distance, offset[1] + ray[1] * distance);
-        (hx * hx + hy * hy < radius * radius).then_some((distance, Surface::Turret, TURRET))
+    fn upright_normal(&self, ray: [f32; 3], depth: f32, radius: f32) -> [f32; 2] {
+        let axis = self.dress.map_or([0.0; 2], |dress| dress.axis);
+        [0, 1].map(|i| (self.camera.at[i] + ray[i] * depth - axis[i]) / radius)
     }
 
-    /// The striped dress, with a dark band on top where the turret looks out.
-    fn dress(&self, normal: [f32; 2], z: f32) -> (Surface, Rgb) {
-        let heading = self.scene.robot.map_or(0.0, |robot| robot.heading_rad as f32);
-        let angle = libm::atan2f(normal[1], normal[0]) - heading;
-        let turns = angle / (2.0 * core::f32::consts::PI);
-        let stripe = ((turns - turns.floor()) * p::ROBOT_STRIPES as f32) as u8;
-        let light = 0.75 + 0.25 * (0.6 * normal[0] + 0.8 * normal[1]);
-        if z > p::ROBOT_HEIGHT_MM as f32 - 8.0 {
-            return (Surface::Turret, scale(TURRET, light));
+    /// The mean over 16 points of a pixel. Each surface is shaded once, in the middle of its points.
+    fn look_closely(&self, x: usize, y: usize) -> Rgb {
+        /// Rows of the points in columns 0..16: bits reversed, so that they spread evenly.
+        const ROW: [u8; 16] = [0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15];
+        let maybe = self.maybe(x, y);
+        let mut found: [(Surface, [f32; 2], f32); 16] = [(Surface::Floor, [0.0; 2], 0.0); 16];
+        let mut count = 0;
+        let planes = Planes::near(self, [x as f32, y as f32]);
+        for (column, row) in ROW.into_iter().enumerate() {
+            let place =
+                |middle: usize, sixteenth: usize| middle as f32 + (sixteenth as f32 - 7.5) / 16.0;
+            let point = [place(x, column), place(y, usize::from(row))];
+            let surface = match self.object_at(point, maybe) {
+                Some(object) => object,
+                None => self.pitch_among(&planes, point).0,
+            };
+            let known = found[..count].iter().position(|entry| entry.0 == surface);
+            let index = known.unwrap_or(count);
+            count = count.max(index + 1);
+            let (_, sum, points) = found[index];
+            found[index] = (surface, [sum[0] + point[0], sum[1] + point[1]], points + 1.0);
         }
-        let colour = if stripe.is_multiple_of(2) { WHITE } else { BLACK };
-        (Surface::Stripe(stripe), scale(colour, light))
+        let mut mean = [0.0; 3];
+        for &(surface, sum, points) in &found[..count] {
+            let colour = self.shade(surface, [sum[0] / points, sum[1] / points]);
+            mean = [0, 1, 2].map(|i| mean[i] + colour[i] * points / 16.0);
+        }
+        mean
     }
 
-    fn look_at_pitch(&self, ray: [f32; 3]) -> (Surface, Rgb) {
-        // One over the distance to the nearest wall: the largest quotient.
-        let (mut nearest, mut wall) = (0.0_f32, 0);
-        for (index, ((n, _), distance)) in WALLS.iter().zip(self.wall_distance).enumerate() {
-            let quotient = (n[0] * ray[0] + n[1] * ray[1]) / distance;
-            if quotient > nearest {
-                (nearest, wall) = (quotient, index);
+    /// Colour of a surface in the direction of a point of the picture.
+    fn shade(&self, surface: Surface, point: [f32; 2]) -> Rgb {
+        let ray = self.ray_at(point);
+        match surface {
+            Surface::Floor => self.shade_spot(&FloorRow::new(self, point[1]).spot(point[0])),
+            Surface::Wall(wall) => {
+                let wall = usize::from(wall);
+                let depth = 1.0 / self.walls[wall].at(point);
+                shade::wall(wall, self.hit(ray, depth), depth / FOCAL_PX as f32)
+            }
+            Surface::Goal => {
+                let end = self.lens_in_goal.unwrap_or(usize::from(ray[0] < 0.0));
+                shade::goal(self.goal_face(end, ray).1)
+            }
+            Surface::Room(panel) => shade::room(panel, self.room_at(ray).0[2]),
+            Surface::Ball => self.shade_ball(ray),
+            Surface::Stripe(stripe) => {
+                let depth = self.cylinder_depth(ray, ROBOT_RADIUS).unwrap_or(0.0);
+                shade::stripe(stripe, self.upright_normal(ray, depth, ROBOT_RADIUS))
+            }
+            Surface::Turret => {
+                let depth = self.cylinder_depth(ray, TURRET_RADIUS_MM).unwrap_or(0.0);
+                shade::turret(self.upright_normal(ray, depth, TURRET_RADIUS_MM))
             }
         }
-        let at = self.camera.at;
-        let floor = -ray[2] / at[2];
-        if floor > nearest {
-            return (
-                Surface::Floor,
-                self.floor(at[0] + ray[0] / floor, at[1] + ray[1] / floor, floor),
-            );
-        }
-        let distance = 1.0 / nearest;
-        let hit = [0, 1, 2].map(|i| at[i] + ray[i] * distance);
-        let in_goal = wall < 2
-            && hit[1].abs() < p::GOAL_HALF_WIDTH_MM as f32
-            && hit[2] < p::GOAL_HEIGHT_MM as f32;
-        if in_goal {
-            (Surface::Goal, GOAL)
-        } else if hit[2] > p::WALL_HEIGHT_MM as f32 {
-            (Surface::Room, room(ray))
-        } else {
-            (Surface::Wall, wall_colour(wall, hit))
-        }
     }
 
-    /// Colour of the floor at (x, y); `per_mm` is one over the distance along the axis.
-    fn floor(&self, x: f32, y: f32, per_distance: f32) -> Rgb {
-        // Light falls a little unevenly; the boards have a grain.
-        let light = 1.0 + 0.06 * (x / 525.0) - 0.05 * (y / 340.0);
-        let fine = grain((x / 4.0).floor() as i32, (y / 4.0).floor() as i32, 0);
-        let mut colour = scale(FLOOR, light * (1.0 + 0.03 * fine));
-        // A pixel covers so many mm across; along the ray more, which a line hardly notices.
-        let pixel_mm = 1.0 / (per_distance * crate::camera::FOCAL_PX as f32);
-        colour = mix(colour, scale(LINE, light), lines(x, y, pixel_mm));
-        scale(colour, self.shadow(x, y))
-    }
-
-    /// What ball and robot leave of the light from above.
-    fn shadow(&self, x: f32, y: f32) -> f32 {
-        let soft = |centre: Option<[f32; 3]>, radius: f64, dark: f32| {
-            centre.map_or(1.0, |c| {
-                let reach = radius as f32 * 1.15;
-                let (dx, dy) = (x - c[0], y - c[1]);
-                let square = (dx * dx + dy * dy) / (reach * reach);
-                if square < 1.0 { 1.0 - dark * (1.0 - square) } else { 1.0 }
-            })
+    fn shade_ball(&self, ray: [f32; 3]) -> Rgb {
+        let (Some(depth), Some(centre)) = (self.ball_depth(ray), self.ball) else {
+            return [0.0; 3];
         };
-        soft(self.ball, p::BALL_RADIUS_MM, 0.65) * soft(self.robot, p::ROBOT_RADIUS_MM * 1.3, 0.5)
+        let hit = self.hit(ray, depth);
+        let normal = [0, 1, 2].map(|i| (hit[i] - centre[i]) / BALL_RADIUS);
+        shade::ball(self.scene.ball_colour, normal)
+    }
+
+    fn shade_spot(&self, spot: &Spot) -> Rgb {
+        let mut light = 1.0;
+        if let Some(ball) = self.ball {
+            light *= shade::shadow(spot.at, [ball[0], ball[1]], BALL_RADIUS * 1.15, 0.65);
+        }
+        if let Some(dress) = &self.dress {
+            light *= shade::shadow(spot.at, dress.axis, ROBOT_RADIUS * 1.5, 0.5);
+        }
+        shade::scale(shade::floor(spot), light)
     }
 }
 
-/// How much of a pixel at (x, y) on the floor is a white line, 0..1.
-fn lines(x: f32, y: f32, pixel_mm: f32) -> f32 {
-    let share = |off_centre_mm: f32, width_mm: f32| {
-        let inside = (width_mm / 2.0 - off_centre_mm.abs()) / pixel_mm + 0.5;
-        inside.clamp(0.0, 1.0) * (width_mm / pixel_mm).min(1.0)
-    };
-    let width = p::LINE_WIDTH_MM as f32;
-    let mut most = share(x, width);
-    let radius = (x * x + y * y).sqrt();
-    most = most.max(share(radius - p::CENTRE_CIRCLE_MM as f32, width));
-    most = most.max(share(radius, p::CENTRE_DOT_MM as f32));
-    let depth = p::HALF_LENGTH_MM as f32 - x.abs();
-    let border = p::GOAL_BORDER_MM as f32;
-    let half = p::GOAL_HALF_WIDTH_MM as f32;
-    if y.abs() < half + width {
-        most = most.max(share(depth - border, width));
-        most = most.max(share(depth, width));
-    }
-    if depth < border + width {
-        most = most.max(share(y.abs() - half, width));
-    }
-    most
+/// The floor along one row of the picture: its depth is the same all along.
+struct FloorRow {
+    /// What column 0 shows.
+    start: Spot,
+    /// Change of [`Spot::down`] from column to column.
+    bend: [f32; 2],
 }
 
-/// Grey walls, each lit a little differently.
-fn wall_colour(wall: usize, hit: [f32; 3]) -> Rgb {
-    const LIGHT: [f32; 8] = [1.0, 0.97, 0.88, 0.84, 0.93, 0.91, 0.90, 0.88];
-    let height = 0.94 + 0.06 * hit[2] / p::WALL_HEIGHT_MM as f32;
-    let cell = |v: f32| (v / 9.0).floor() as i32;
-    let fine = 1.0 + 0.02 * grain(cell(hit[0]), cell(hit[1]), cell(hit[2]));
-    scale(WALL, LIGHT[wall] * height * fine)
+impl FloorRow {
+    fn new(view: &View, row: f32) -> Self {
+        let ray = view.ray_at([0.0, row]);
+        let depth = 1.0 / view.floor.at([0.0, row]);
+        // The depth's change from row to row: d(1/q) = -dq / q^2.
+        let deeper = -view.floor.down * depth * depth;
+        let start = Spot {
+            at: [0, 1].map(|i| view.camera.at[i] + ray[i] * depth),
+            across: [0, 1].map(|i| view.ray[i].across * depth),
+            down: [0, 1].map(|i| view.ray[i].down * depth + ray[i] * deeper),
+        };
+        Self { start, bend: [0, 1].map(|i| view.ray[i].across * deeper) }
+    }
+
+    fn spot(&self, x: f32) -> Spot {
+        let Spot { at, across, down } = self.start;
+        Spot {
+            at: [at[0] + x * across[0], at[1] + x * across[1]],
+            across,
+            down: [down[0] + x * self.bend[0], down[1] + x * self.bend[1]],
+        }
+    }
 }
 
-/// The room beyond: a few broad panels, so that there is something to see above the walls.
-fn room(ray: [f32; 3]) -> Rgb {
-    let bearing = libm::atan2f(ray[1], ray[0]);
-    let panel = (bearing * 2.2).floor() as i32;
-    ROOM[panel.rem_euclid(3) as usize]
+/// Number of the floor among the planes; the walls are 0..8.
+const FLOOR_PLANE: usize = WALLS.len();
+
+/// Some of floor and walls.
+struct Planes {
+    planes: [(usize, Linear); WALLS.len() + 1],
+    count: usize,
+}
+
+impl Planes {
+    fn all(view: &View) -> Self {
+        let mut planes = [(FLOOR_PLANE, view.floor); WALLS.len() + 1];
+        for (index, wall) in view.walls.iter().enumerate() {
+            planes[index + 1] = (index, *wall);
+        }
+        Self { planes, count: planes.len() }
+    }
+
+    /// Those that can be the nearest somewhere within the pixel at `point`.
+    fn near(view: &View, point: [f32; 2]) -> Self {
+        let mut planes = Self::all(view);
+        let reach = |plane: &Linear| (plane.across.abs() + plane.down.abs()) / 2.0;
+        let surely = planes
+            .planes
+            .iter()
+            .fold(f32::MIN, |most, (_, plane)| most.max(plane.at(point) - reach(plane)));
+        planes.count = 0;
+        for index in 0..planes.planes.len() {
+            let (_, plane) = &planes.planes[index];
+            if plane.at(point) + reach(plane) >= surely {
+                planes.planes[planes.count] = planes.planes[index];
+                planes.count += 1;
+            }
+        }
+        planes
+    }
+
+    /// The nearest, and one over its distance.
+    fn nearest(&self, point: [f32; 2]) -> (usize, f32) {
+        let mut best = (FLOOR_PLANE, f32::MIN);
+        for (index, plane) in &self.planes[..self.count] {
+            let quotient = plane.at(point);
+            if quotient > best.1 {
+                best = (*index, quotient);
+            }
+        }
+        best
+    }
+}
+
+/// The smaller root of a t^2 + 2 b t + c, if it is positive.
+fn nearer_root(a: f32, b: f32, c: f32) -> Option<f32> {
+    let square = b * b - a * c;
+    if square < 0.0 || a <= 0.0 {
+        return None;
+    }
+    let root = (-b - square.sqrt()) / a;
+    (root > 0.0).then_some(root)
 }
