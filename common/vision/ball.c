@@ -357,25 +357,43 @@ static int16_t without_ellipse(int value, int d_q4)
     return (int16_t)(value - value * ((ratio_q12 * ratio_q12) >> 12) / 4096);
 }
 
+/* Disparity of the centre from that of one end. A ray that grazes the ball on its outer side sees
+ * more of the eyes' distance than one on its inner side, by 1 + (R/Z) (u/f), u being how far off
+ * the axis the ball is in the mean of both eyes; R/Z = d / 492. */
+static int by_one_end_q4(int end, int d_q4, int right_middle_q4)
+{
+    int32_t aside_q4 = right_middle_q4 + d_q4 / 2 - CAMERA_CX_Q4;
+    int32_t more_q4 = (int32_t)d_q4 * d_q4 / 256 * aside_q4 / (492 * CAMERA_FOCAL_PX);
+
+    return (int)(end == LEFT_END ? d_q4 + more_q4 : d_q4 - more_q4);
+}
+
 /* Sub-pixel disparity of the pair from the ends that both eyes see; 0 if none can be placed. */
 static int refine_disparity_q4(const candidate_t pair[EYE_COUNT], const outline_t *outline)
 {
     int wider = pair[EYE_LEFT].width_px > pair[EYE_RIGHT].width_px ? EYE_LEFT : EYE_RIGHT;
     int by_width = disparity_of_width_q4(pair[wider].width_px);
-    int16_t by_left = 0;
-    int16_t by_right = 0;
-    int left_rows = end_disparity(outline, LEFT_END, &by_left);
-    int right_rows = end_disparity(outline, RIGHT_END, &by_right);
     int enough = (outline->count + 3) / 4;
+    int d_q4[2];
+    int seen[2];
+    int end;
 
-    if (left_rows >= enough && right_rows >= enough) {
-        if (magnitude(by_left - by_right) <= 32 + by_width / 16)
-            return (by_left + by_right) / 2;
-        return magnitude(by_left - by_width) < magnitude(by_right - by_width) ? by_left : by_right;
+    for (end = LEFT_END; end <= RIGHT_END; end++) {
+        int16_t by_end = 0;
+
+        seen[end] = end_disparity(outline, end, &by_end) >= enough;
+        d_q4[end] = by_one_end_q4(end, by_end, pair[EYE_RIGHT].middle_q4);
     }
-    if (left_rows >= enough)
-        return by_left;
-    return right_rows >= enough ? by_right : 0;
+    if (seen[LEFT_END] && seen[RIGHT_END]) {
+        if (magnitude(d_q4[LEFT_END] - d_q4[RIGHT_END]) <= 32 + by_width / 16)
+            return (d_q4[LEFT_END] + d_q4[RIGHT_END]) / 2;
+        return magnitude(d_q4[LEFT_END] - by_width) < magnitude(d_q4[RIGHT_END] - by_width)
+                   ? d_q4[LEFT_END]
+                   : d_q4[RIGHT_END];
+    }
+    if (seen[LEFT_END])
+        return d_q4[LEFT_END];
+    return seen[RIGHT_END] ? d_q4[RIGHT_END] : 0;
 }
 
 static uint16_t in_image_q4(int x_q4)

@@ -85,11 +85,12 @@ void color_yellow_mask(const uint16_t *rgb565, uint16_t width, uint8_t *mask)
     mask[width - 1] = mask[width - 2];
 }
 
-int color_is_pitch(uint16_t red_sum, uint16_t green_sum, uint16_t blue_sum)
+int color_is_pitch(uint16_t pixels, uint16_t red_sum, uint16_t green_sum, uint16_t blue_sum)
 {
     int32_t red = red_sum;
     int32_t green = green_sum;
     int32_t blue = blue_sum;
 
-    return 4 * (green - red) > green && 8 * (green - blue) > green;
+    return 4 * (green - red) > green && green - red > pixels * COLOR_PITCH_MARGIN &&
+           8 * (green - blue) > green;
 }

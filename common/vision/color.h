@@ -44,8 +44,10 @@ int16_t color_yellowness(uint16_t rgb565);
 #define COLOR_YELLOW_MARGIN 20
 void color_yellow_mask(const uint16_t *rgb565, uint16_t width, uint8_t *mask);
 
-/* 1 if sums over the same number (1..16) of pixels are green as the pitch: green exceeds red by
- * more than a quarter of itself, and blue too by an eighth. */
-int color_is_pitch(uint16_t red_sum, uint16_t green_sum, uint16_t blue_sum);
+/* 1 if sums over `pixels` (1..16) pixels are green as the pitch: green exceeds red by a quarter of
+ * itself and by COLOR_PITCH_MARGIN a pixel, and blue by an eighth. The margin keeps out black,
+ * whose green has a finer last bit than its red and blue. */
+#define COLOR_PITCH_MARGIN 8
+int color_is_pitch(uint16_t pixels, uint16_t red_sum, uint16_t green_sum, uint16_t blue_sum);
 
 #endif

@@ -5,21 +5,19 @@
 #include "vision/depth.h"
 
 /* Black is at most this share of the wall beside it: 3/8. */
-#define BLACK_NUMERATOR    3
-#define BLACK_DENOMINATOR  8
+#define BLACK_NUMERATOR   3
+#define BLACK_DENOMINATOR 8
 /* Black must reach this far inwards from an edge, wall this far outwards (or to the border). */
-#define MIN_BLACK_PX       14
-#define MIN_WALL_PX        5
+#define MIN_BLACK_PX      14
+#define MIN_WALL_PX       5
 /* Shortest run that may be a goal. */
-#define MIN_RUN_PX         16
-#define PAIR_BONUS_PX      8
-/* Columns around the opponent in which edges are his. */
-#define OPPONENT_MARGIN_Q4 (4 * 16)
+#define MIN_RUN_PX        16
+#define PAIR_BONUS_PX     8
 /* The left eye's edge lies this close to where the blocks match. */
-#define EDGE_REACH_Q4      (3 * 16)
+#define EDGE_REACH_Q4     (3 * 16)
 /* Two edges are that far apart, mm. */
-#define MIN_WIDTH_MM       (GOAL_WIDTH_MM * 3 / 4)
-#define MAX_WIDTH_MM       (GOAL_WIDTH_MM * 5 / 4)
+#define MIN_WIDTH_MM      (GOAL_WIDTH_MM * 3 / 4)
+#define MAX_WIDTH_MM      (GOAL_WIDTH_MM * 5 / 4)
 
 enum { LEFT_EDGE = 0, RIGHT_EDGE = 1, EDGE_COUNT = 2 };
 
@@ -67,8 +65,7 @@ static int is_goal_edge(const band_t *band, const band_edge_t *edge, int side,
 
     if (band_edge_rises(edge) != (side == RIGHT_EDGE) || black > black_below(wall))
         return 0;
-    if (opponent->seen && edge->x_q4 > opponent->first_q4 - OPPONENT_MARGIN_Q4 &&
-        edge->x_q4 < opponent->last_q4 + OPPONENT_MARGIN_Q4)
+    if (opponent->seen && edge->x_q4 > opponent->first_q4 && edge->x_q4 < opponent->last_q4)
         return 0;
     if (run_length(profile, x + 2 * inwards, inwards, wall / 2, 1) < MIN_BLACK_PX - 2)
         return 0;
@@ -77,8 +74,7 @@ static int is_goal_edge(const band_t *band, const band_edge_t *edge, int side,
 
 static int is_covered(const opponent_extent_t *opponent, int x)
 {
-    return opponent->seen && 16 * x >= opponent->first_q4 - OPPONENT_MARGIN_Q4 &&
-           16 * x <= opponent->last_q4 + OPPONENT_MARGIN_Q4;
+    return opponent->seen && 16 * x >= opponent->first_q4 && 16 * x <= opponent->last_q4;
 }
 
 /* Columns inwards from the edge that are black, or where the opponent stands before it. */
@@ -209,23 +205,20 @@ static int width_between_mm(const goal_edge_t goal[EDGE_COUNT])
     return (int)root;
 }
 
-/* Two edges that are not a goal's width apart belong to different things: keep the one that is
- * matched with more certainty, and the farther of equals, since what hides a goal is nearer. */
+/* Two edges that are not a goal's width apart are not both a goal's. Black that is too narrow is
+ * something else altogether, the opponent's dark head, say. Of edges too far apart the nearer
+ * belongs to what hides the goal. */
 static void drop_impossible(goal_edge_t goal[EDGE_COUNT])
 {
     int width_mm;
-    int drop;
 
     if (!goal[LEFT_EDGE].d_q4 || !goal[RIGHT_EDGE].d_q4)
         return;
     width_mm = width_between_mm(goal);
-    if (width_mm >= MIN_WIDTH_MM && width_mm <= MAX_WIDTH_MM)
-        return;
-    if (goal[LEFT_EDGE].certainty != goal[RIGHT_EDGE].certainty)
-        drop = goal[LEFT_EDGE].certainty < goal[RIGHT_EDGE].certainty ? LEFT_EDGE : RIGHT_EDGE;
-    else
-        drop = goal[LEFT_EDGE].d_q4 > goal[RIGHT_EDGE].d_q4 ? LEFT_EDGE : RIGHT_EDGE;
-    goal[drop].d_q4 = 0;
+    if (width_mm < MIN_WIDTH_MM)
+        goal[LEFT_EDGE].d_q4 = goal[RIGHT_EDGE].d_q4 = 0;
+    else if (width_mm > MAX_WIDTH_MM)
+        goal[goal[LEFT_EDGE].d_q4 > goal[RIGHT_EDGE].d_q4 ? LEFT_EDGE : RIGHT_EDGE].d_q4 = 0;
 }
 
 void goal_find(const band_t *band, uint8_t search_max, const opponent_extent_t *opponent,

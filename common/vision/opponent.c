@@ -45,8 +45,8 @@ static int is_stripe(const band_t *band, int eye, const band_edge_t *a, const ba
     if (dark * BLACK_SHARE > level)
         return 0;
     x = (a->x_q4 + b->x_q4 + 16) / 32;
-    /* Yellow of the ball: more than half its grey. A warm white has a quarter. */
-    return !bright || 2 * band->yellowness[eye][x] < level;
+    /* The ball's yellowness is 1.6 to 2 times its grey, that of white in warm light 0.6 times. */
+    return !bright || band->yellowness[eye][x] < level;
 }
 
 /* The next run of stripes from edge *from on. */
@@ -196,6 +196,17 @@ static uint8_t confidence(const strip_match_t *match, int contrast)
     return (uint8_t)(1 + 14 * (second - match->cost) / second);
 }
 
+/* What the strip covers: a white end before the wall, or a black one before the goal, is no edge of
+ * the strip, and a stripe at the end is up to a sixth of the body wide. */
+static void set_extent(opponent_extent_t *extent, int first_q4, int last_q4)
+{
+    int margin_q4 = (last_q4 - first_q4) / 6 + 48;
+
+    extent->seen = 1;
+    extent->first_q4 = (int16_t)(first_q4 - margin_q4);
+    extent->last_q4 = (int16_t)(last_q4 + margin_q4);
+}
+
 static void fill(const band_t *band, const strip_match_t *match, report_t *report,
                  opponent_extent_t *extent)
 {
@@ -204,9 +215,7 @@ static void fill(const band_t *band, const strip_match_t *match, report_t *repor
     int last_q4 = found->edges[match->group.last].x_q4;
     const band_edge_t *edge = &found->edges[match->group.first + 1];
 
-    extent->seen = 1;
-    extent->first_q4 = (int16_t)first_q4;
-    extent->last_q4 = (int16_t)last_q4;
+    set_extent(extent, first_q4, last_q4);
     report->flags |= REPORT_OPPONENT;
     report->opponent_x_q4 = (uint16_t)((first_q4 + last_q4) / 2);
     report->opponent_disparity_q4 =
@@ -231,9 +240,7 @@ void opponent_find(const band_t *band, uint8_t search_max, report_t *report,
         const band_edge_t *inner = &found->edges[group.first + 1];
 
         if (!extent->seen) {
-            extent->seen = 1;
-            extent->first_q4 = found->edges[group.first].x_q4;
-            extent->last_q4 = found->edges[group.last].x_q4;
+            set_extent(extent, found->edges[group.first].x_q4, found->edges[group.last].x_q4);
         }
         if (!match_group(band, &group, search_max, &match))
             continue;

@@ -21,7 +21,7 @@
 
 typedef struct {
     uint8_t seen;     /* 1: the columns below hold a striped body, whether or not it was matched */
-    int16_t first_q4; /* its outermost edges in the right image */
+    int16_t first_q4; /* columns of the right image, with a margin for stripes lost at its ends */
     int16_t last_q4;
 } opponent_extent_t;
 

@@ -20,27 +20,38 @@ void strips_begin(strips_t *strips)
         strips->blobs[i].strips = 0;
 }
 
+/* First column from x on that is yellow (1) or not (0). */
+static uint16_t next_column(const uint8_t *mask, uint16_t x, uint8_t yellow)
+{
+    while (x < CAMERA_WIDTH_PX && mask[x] != yellow)
+        x++;
+    return x;
+}
+
 int strips_next(const uint8_t *mask, uint16_t *x, uint16_t *first, uint16_t *last)
 {
-    uint16_t at = *x;
-    uint16_t gap = 0;
+    uint16_t start = next_column(mask, *x, 1);
+    uint16_t end = next_column(mask, start, 0);
+    uint16_t length = (uint16_t)(end - start);
 
-    while (at < CAMERA_WIDTH_PX && !mask[at])
-        at++;
-    if (at == CAMERA_WIDTH_PX)
+    if (!length)
         return 0;
-    *first = at;
-    *last = at;
-    for (; at < CAMERA_WIDTH_PX; at++) {
-        if (mask[at]) {
-            *last = at;
-            gap = 0;
-        } else if (++gap > GAP_MIN_PX && gap > (*last - *first) / GAP_SHARE) {
-            break;
-        }
+    *first = start;
+    *last = (uint16_t)(end - 1);
+    for (;;) {
+        uint16_t again = next_column(mask, end, 1);
+        uint16_t gap = (uint16_t)(again - end);
+
+        *x = again;
+        if (gap > GAP_MIN_PX && gap > length / GAP_SHARE)
+            return 1;
+        end = next_column(mask, again, 0);
+        /* Yellow specks beside a strip do not belong to it: what follows must outweigh the gap. */
+        if (end - again <= gap)
+            return 1;
+        *last = (uint16_t)(end - 1);
+        length = (uint16_t)(end - start);
     }
-    *x = at;
-    return 1;
 }
 
 static int touches(const blob_t *blob, uint8_t row, uint16_t first, uint16_t last)

@@ -28,7 +28,7 @@ static surface_t surface_at(const uint16_t *pixels, uint16_t column)
         green = (uint16_t)(green + COLOR_GREEN(pixels[x]));
         blue = (uint16_t)(blue + COLOR_BLUE(pixels[x]));
     }
-    if (color_is_pitch(red, green, blue))
+    if (color_is_pitch(WALL_COLUMNS, red, green, blue))
         return PITCH;
     /* The ball; the same test as that of its strips. */
     if (red + green - 3 * blue > WALL_COLUMNS * COLOR_YELLOW_MARGIN && 5 * red > 4 * green)

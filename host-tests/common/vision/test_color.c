@@ -71,12 +71,14 @@ static void a_single_yellow_pixel_is_not_enough_nor_a_single_grey_one_a_gap(void
 
 static void the_pitch_is_green_and_nothing_else(void)
 {
-    TEST_ASSERT_TRUE(color_is_pitch(56, 132, 72));
-    TEST_ASSERT_TRUE(color_is_pitch(41, 93, 41));
-    TEST_ASSERT_FALSE(color_is_pitch(97, 97, 97));
-    TEST_ASSERT_FALSE(color_is_pitch(82, 77, 57));
-    TEST_ASSERT_FALSE(color_is_pitch(200, 184, 48));
-    TEST_ASSERT_FALSE(color_is_pitch(0, 0, 0));
+    TEST_ASSERT_TRUE(color_is_pitch(1, 56, 132, 72));
+    TEST_ASSERT_TRUE(color_is_pitch(1, 41, 93, 41));
+    TEST_ASSERT_FALSE(color_is_pitch(1, 97, 97, 97));
+    TEST_ASSERT_FALSE(color_is_pitch(1, 82, 77, 57));
+    TEST_ASSERT_FALSE(color_is_pitch(1, 200, 184, 48));
+    TEST_ASSERT_FALSE(color_is_pitch(1, 0, 0, 0));
+    TEST_ASSERT_FALSE(color_is_pitch(1, 0, 4, 0));    /* goal, in RGB565 */
+    TEST_ASSERT_FALSE(color_is_pitch(1, 24, 36, 32)); /* dark plastic */
 }
 
 static void grey_and_hsv_of_known_colours(void)
