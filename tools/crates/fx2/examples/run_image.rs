@@ -5,9 +5,11 @@
 use fx2::host::{Bench, Host, Link, Request};
 use fx2::image::Image;
 use fx2::pins::Unconnected;
+use fx2::symbols::Symbols;
 use fx2::{Config, Fx2, Ram};
 use sim::SECOND;
 use std::error::Error;
+use std::path::Path;
 use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -53,8 +55,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     bench.run_until(until);
     let factor = seconds as f64 / started.elapsed().as_secs_f64();
     println!("{seconds} s more at {factor:.1} times real time, PC {:#06x}", fx2.cpu().pc());
+    let map = std::fs::read_to_string(Path::new(&path).with_extension("map")).unwrap_or_default();
+    let symbols = Symbols::parse(&map);
     for diagnostic in fx2.diagnostics() {
-        println!("{diagnostic}");
+        println!("{}", symbols.describe(diagnostic));
     }
     Ok(())
 }

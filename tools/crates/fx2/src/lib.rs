@@ -38,6 +38,7 @@ pub mod pins;
 mod ports;
 pub mod regs;
 pub mod slave;
+pub mod symbols;
 mod time;
 mod timers;
 mod uart;
