@@ -10,8 +10,7 @@
 #include "drivers/fpga_port.h"
 
 /* The longest anything may take. The flash may still be erasing from before a reset of the FX2; the
- * FPGA clears its memory after PROG#; DONE rises within the bitstream's end.
- */
+ * FPGA clears its memory after PROG#; DONE rises within the bitstream's end. */
 #define FLASH_READY_TICKS CLOCK_TICKS(2000000ul)
 #define INIT_FALL_TICKS   CLOCK_TICKS(1000ul)
 #define INIT_RISE_TICKS   CLOCK_TICKS(50000ul)

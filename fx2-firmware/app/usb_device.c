@@ -172,13 +172,15 @@ enum {
     CONFIGURED = 0x10 /* the device is configured: only then there is an interface */
 };
 
-/* Every request we know. The only feature of an endpoint is ENDPOINT_HALT, 0. */
-static const CODE struct {
+typedef struct {
     uint8_t type;
     uint8_t number;
     uint8_t demands;
     uint8_t (*handle)(void);
-} requests[] = {
+} request_t;
+
+/* Every request we know. The only feature of an endpoint is ENDPOINT_HALT, 0. */
+static const CODE request_t requests[] = {
     {FROM_DEVICE, GET_DESCRIPTOR, 0, get_descriptor},
     {FROM_DEVICE, GET_CONFIGURATION, VALUE_0 | INDEX_0, get_configuration},
     {FROM_DEVICE, GET_STATUS, VALUE_0 | INDEX_0, get_device_status},
@@ -219,11 +221,13 @@ static uint8_t unmet(uint8_t demands)
 
 static uint8_t handle_request(void)
 {
-    uint8_t i;
+    const CODE request_t *known = requests;
+    uint8_t left;
 
-    for (i = 0; i < REQUEST_COUNT; i++) {
-        if (requests[i].type == usb_setup.type && requests[i].number == usb_setup.number)
-            return unmet(requests[i].demands) == 0 && requests[i].handle();
+    for (left = REQUEST_COUNT; left != 0; left--) {
+        if (known->type == usb_setup.type && known->number == usb_setup.number)
+            return unmet(known->demands) == 0 && known->handle();
+        known++;
     }
     return 0;
 }

@@ -11,7 +11,7 @@
 
 #define XREG(address)     (*(volatile __xdata uint8_t *)(address))
 /* The address of one of the registers below, for tables. */
-#define XREG_ADDRESS(reg) ((uint16_t) & (reg))
+#define XREG_ADDRESS(reg) ((uint16_t)(&(reg)))
 
 /* ---- Special function registers ---- */
 __sfr __at(0x80) IOA;

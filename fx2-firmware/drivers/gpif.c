@@ -15,33 +15,34 @@
 
 enum { WAVE_READ = 0, WAVE_WRITE = 1, WAVE_STREAM = 2, WAVE_BYTES = 32 };
 
+/* clang-format off */
 /* One IFCLK period is T = 20.83 ns. Delays from IFCLK to a pin (data sheet of the CY7C68013, GPIF
  * synchronous): CTL at most 6.7 ns, GPIFADR 7.5 ns, FD 11 ns, at least 0 each; FD must be there
- * 9.2 ns before IFCLK. A "wave" below is 7 lengths or branches, 7 opcodes, 7 outputs and 7 logic
- * functions, each group padded to 8.
+ * 9.2 ns before the IFCLK edge that samples it.
  *
- * READ, OE# low throughout; states 5 + 1 + 1:
- *   flash access   70 ns from the address, which is stable at least one state before S0 ends
- *                  needs 70 + 7.5 + 9.2 = 86.7 ns <= 5 T = 104 ns at S1's beginning, where the
- * TRM's figures sample; later at its end next address   S2: after the sampling edge in either case
+ * READ, states 5 + 1 + 1, OE# low in all of them:
+ *   flash access    the address has stood still since before S0; S1 samples, at its beginning or at
+ *                   its end: 5 T = 104 ns >= 70 (flash) + 7.5 + 9.2
+ *   next address    counts up in S2, after the sample in either case
  *
- * WRITE; states 1 + 3 + 1 + 1:
- *   address, data  stable from S0 on; WE# falls 1 T later (address set-up 0 ns)
- *   WE# low        3 T = 62.5 ns, less 6.7: >= 45 ns
- *   data set-up    4 T - 11 = 72 ns before WE# rises: >= 45 ns
- *   data hold      S2, 1 T - 6.7 = 14 ns: >= 0 ns
+ * WRITE, states 1 + 3 + 1 + 1:
+ *   address, data   stand still from S0 on; WE# falls in S1: set-up of the address 1 T - 7.5 >= 0 ns
+ *   WE# low         S1, 3 T = 62.5 ns, less 6.7: >= 45 ns
+ *   data set-up     S0 and S1, 4 T - 11 = 72 ns before WE# rises: >= 45 ns
+ *   data hold       S2, 1 T - 6.7 = 14 ns: >= 0 ns
  *
- * STREAM, OE# low throughout; states 1 + 3 + 1 = 5 T = 104 ns a byte, CCLK high in the last:
- *   which edge     INCAD stands in the state with CCLK high. Should the address change at the end
- * of its state (as we read the TRM), the next byte has 4 T to CCLK's rise: set-up       4 T - 7.5 -
- * 70 = 5.8 ns >= 5 ns of the FPGA hold         1 T - 6.7 = 14 ns >= 0 Should it change at the
- * beginning, set-up grows by 1 T, and the hold is what the flash needs to react to an address (0 by
- * its data sheet, in truth far more). CCLK           9.6 MHz, high for 1 T count          Each pass
- * samples FD once, into a FIFO that is thrown away. The transaction counter counts these samples;
- * the decision, three periods later, cannot come so close that it matters when exactly the count is
- * taken. The loop leaves through the decision and not over IDLE, whose length would add to the
- * period. */
-/* clang-format off */
+ * STREAM, states 1 + 3 + 1 = 5 T = 104 ns a byte, OE# low in all of them, CCLK high in S2:
+ *   which edge      S2 counts the address up. If that shows at the end of S2, as we read the TRM,
+ *                   the next byte has 4 T until CCLK rises again:
+ *     set-up        4 T - 7.5 - 70 = 5.8 ns >= 5 ns (FPGA)
+ *     hold          1 T - 6.7 = 14 ns >= 0 ns (FPGA)
+ *                   If it shows at the beginning, set-up grows by 1 T, and the hold is the time the
+ *                   flash needs to react to an address: 0 by its data sheet, in truth far more.
+ *   CCLK            9.6 MHz, high for 1 T
+ *   count           Each pass samples FD once, in S0, into a FIFO that is thrown away. The
+ *                   transaction counter counts these samples; the decision in S2 comes three periods
+ *                   later, so that it does not matter when exactly the count is taken. The loop
+ *                   leaves by the decision and never passes IDLE, whose length would add to it. */
 static const CODE uint8_t waveforms[3 * WAVE_BYTES] = {
     /* READ: lengths and branches, opcodes, outputs, logic */
     5, 1, BRANCH(IDLE, IDLE), 1, 1, 1, 1, 0,
@@ -84,6 +85,7 @@ static const CODE register_value_t setup[] = {
     {XREG_ADDRESS(GPIFWFSELECT),
      (WAVE_WRITE << 6) | (WAVE_READ << 4) | (WAVE_STREAM << 2) | WAVE_STREAM},
     {XREG_ADDRESS(FLOWSTATE), 0},
+    {XREG_ADDRESS(PORTACFG), 0},
     /* Address pins. */
     {XREG_ADDRESS(PORTCCFG), 0xFF},
     {XREG_ADDRESS(PORTECFG), PORTECFG_GPIFA8},
@@ -92,7 +94,7 @@ static const CODE register_value_t setup[] = {
     {XREG_ADDRESS(EP4FIFOCFG), 0},
     {XREG_ADDRESS(EP6FIFOCFG), 0},
     {XREG_ADDRESS(EP8FIFOCFG), 0},
-    /* EP6 is the FIFO that takes the stream's samples. It is never committed to USB. */
+    /* EP6 is the FIFO that takes the stream's samples, which are never committed to USB. */
     {XREG_ADDRESS(EP6CFG), EPCFG_VALID | EPCFG_IN | EPCFG_BULK | EPCFG_QUAD},
     {XREG_ADDRESS(EP6GPIFPFSTOP), 0}, /* the count ends a transaction, not the FIFO's flag */
 };

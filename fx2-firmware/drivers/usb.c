@@ -4,8 +4,8 @@
 
 #define EVENTS (USBIRQ_SUDAV | USBIRQ_URES)
 
-static volatile uint8_t
-    pending; /* USB_EVENT_*: set by the interrupt, cleared by usb_take_events() */
+/* USB_EVENT_*: set by the interrupt, cleared by usb_take_events(). */
+static volatile uint8_t pending;
 
 usb_setup_t usb_setup;
 
