@@ -298,6 +298,35 @@ fn strings_are_read_in_one_piece_or_several() {
     }
 }
 
+#[test]
+fn loaded_anew_over_usb_it_leaves_the_bus_and_comes_back() {
+    let mut robot = Robot::new(firmware(), &flash_image());
+    let mut host = Host::new();
+    host.enumerate(&mut robot.bench()).expect("it enumerates");
+    let mut load = |robot: &mut Robot, address: u16, data: &[u8]| {
+        let request = get(0x40, 0xA0, address, 0);
+        host.control_out(&mut robot.bench(), request, data).expect("RAM is loaded");
+    };
+    load(&mut robot, 0xE600, &[1]);
+    for (start, bytes) in Image::parse(firmware()).expect("an image").segments() {
+        for (n, piece) in bytes.chunks(1024).enumerate() {
+            load(&mut robot, start + 1024 * n as u16, piece);
+        }
+    }
+    load(&mut robot, 0xE600, &[0]);
+
+    let started = robot.fx2.now();
+    robot.run_until(started + MS);
+    assert!(!robot.fx2.usb_attached(), "the host must see that the device has changed");
+    while !robot.fx2.usb_attached() && robot.fx2.now() < started + 100 * MS {
+        robot.run_until(robot.fx2.now() + 100 * US);
+    }
+    assert!(robot.fx2.now() - started >= 10 * MS, "a hub needs time to see it");
+    robot.run_until(started + 100 * MS);
+    assert_eq!(u32::from(robot.status().result), c::CONFIG_OK);
+    assert_eq!(robot.complaints(), [""; 0]);
+}
+
 /// Chooses alternate setting 1: endpoint 2 swallows, endpoint 6 gives zeros.
 fn open_source_and_sink(host: &mut Host, robot: &mut Robot) {
     host.enumerate(&mut robot.bench()).expect("it enumerates");
