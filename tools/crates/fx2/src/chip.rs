@@ -190,7 +190,9 @@ impl Chip {
             self.update_idle_pins();
         }
         self.flush_pins(tick_to_ps(self.tick), board);
-        self.service(board);
+        if self.tick >= self.next_event {
+            self.service(board);
+        }
     }
 
     /// Does everything that is due, then works out request lines and the next event.
@@ -198,8 +200,10 @@ impl Chip {
         let now = self.tick;
         self.timers.sync(now);
         for port in 0..2 {
-            let frame = self.uart_frame(port, true);
-            self.uarts[port].service(now, frame);
+            if self.uarts[port].is_due(now) {
+                let frame = self.uart_frame(port, true);
+                self.uarts[port].service(now, frame);
+            }
         }
         self.int.exif |= self.i2c.service(now, board);
         let sof_counts = self.int.usb_ie & usb::SOF != 0;
@@ -302,8 +306,14 @@ impl Chip {
         self.changed();
     }
 
-    /// FIFO flags may have changed: interrupts follow their rising edges.
+    /// A FIFO was moved by other than the interface: its flags go to pins and interrupts.
     pub(crate) fn fifo_changed(&mut self) {
+        self.fifo_flags_changed();
+        self.changed();
+    }
+
+    /// FIFO flags may have changed: interrupts follow their rising edges.
+    pub(crate) fn fifo_flags_changed(&mut self) {
         if self.int.fifo_ie & 0x0FFF != 0 {
             let mut flags = 0;
             for (n, ep) in self.eps.iter().enumerate() {
@@ -315,8 +325,8 @@ impl Chip {
             let rose = flags & !self.flags;
             self.flags = flags;
             self.int.raise_fifo(rose);
+            self.changed();
         }
-        self.changed();
     }
 
     /// FIFORESET keeps the host off the FIFOs.
@@ -964,7 +974,12 @@ impl Chip {
 
     pub(crate) fn write_sfr(&mut self, address: u8, value: u8) {
         let now = self.tick;
-        self.changed();
+        self.dirty = true;
+        match address {
+            sfr::AUTOPTRH1 | sfr::AUTOPTRL1 | sfr::AUTOPTRH2 | sfr::AUTOPTRL2 => {}
+            sfr::IOA | sfr::IOB | sfr::IOC | sfr::IOD | sfr::IOE | sfr::OEA..=sfr::OEE => {}
+            _ => self.next_event = 0,
+        }
         match address {
             sfr::IOA | sfr::IOB | sfr::IOC | sfr::IOD | sfr::IOE => {
                 self.ports.latch[Self::port_index(address)] = value;

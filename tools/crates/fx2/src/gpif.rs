@@ -85,6 +85,17 @@ struct Run {
     looks: bool,
 }
 
+impl Run {
+    /// Edges until something happens: inside a long state nothing does, unless RDY pins are watched.
+    /// The clocks passed over are counted as gone.
+    fn idle_edges(&mut self) -> u64 {
+        if self.state == IDLE || self.looks || self.left <= 1 {
+            return 1;
+        }
+        u64::from(std::mem::replace(&mut self.left, 1))
+    }
+}
+
 /// The machine and its own registers.
 #[derive(Clone, Debug)]
 pub(crate) struct Gpif {
@@ -193,7 +204,7 @@ impl Chip {
                 self.changed();
                 return (self.int.exif != exif).then_some(at);
             }
-            run.edge += 1;
+            run.edge += run.idle_edges();
             run.at = clock.edge(run.edge);
             if self.int.exif != exif {
                 self.gpif.run = Some(run);
@@ -284,7 +295,11 @@ impl Chip {
         let at = run.waveform + usize::from(run.state);
         let opcode = self.gpif.waveforms[at + 8];
         let length = self.gpif.waveforms[at];
-        run.left = if length == 0 { 256 } else { u16::from(length) };
+        run.left = match length {
+            _ if opcode & DP != 0 => 1,
+            0 => 256,
+            length => u16::from(length),
+        };
         self.set_ctl(self.gpif.waveforms[at + 16]);
         self.gpif_drive_data(run);
         if opcode & GINT != 0 {
@@ -340,13 +355,14 @@ impl Chip {
         run.moved = true;
         self.gpif.count = self.gpif.count.saturating_sub(1);
         if !taken {
-            self.report(Rule::DataLost, 0, || {
+            // No instruction is at fault at this moment.
+            self.diagnostics.report(0, Rule::DataLost, 0, || {
                 "the GPIF moved a word into a full FIFO, out of an empty one, or against the \
                  endpoint's direction; it is lost"
                     .into()
             });
         }
-        self.fifo_changed();
+        self.fifo_flags_changed();
     }
 
     fn gpif_decide(&self, run: &Run, logic: u8) -> bool {

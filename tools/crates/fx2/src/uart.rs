@@ -72,6 +72,11 @@ impl Uart {
         out.min(self.next_in.unwrap_or(NEVER))
     }
 
+    /// Whether [`Self::service`] has something to do.
+    pub(crate) fn is_due(&self, now: Tick) -> bool {
+        self.next_event() <= now || self.next_in.is_none() && !self.incoming.is_empty()
+    }
+
     /// Does what is due at `now`. `frame` is the length of a received frame in ticks.
     pub(crate) fn service(&mut self, now: Tick, frame: Option<Tick>) {
         if let Some((_, byte)) = self.sending.take_if(|(due, _)| *due <= now) {
