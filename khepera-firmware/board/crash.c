@@ -28,7 +28,7 @@ void crash_save(const uint16_t *frame)
         record.registers[i] = crash_registers[i];
     /* A frame may end with the stack: do not read beyond it and fault again. */
     for (i = 0; i < CRASH_FRAME_WORDS; i++)
-        record.frame[i] = &frame[i] < (const uint16_t *)stack_top ? frame[i] : 0;
+        record.frame[i] = (uintptr_t)&frame[i] < (uintptr_t)stack_top ? frame[i] : 0;
     for (i = 0; i < BUILD_ID_BYTES; i++)
         record.build_id[i] = build_id()[i];
     record.magic = CRASH_MAGIC;
@@ -62,9 +62,10 @@ const uint8_t *build_id(void)
 
 uint32_t stack_high_water(void)
 {
-    const uint32_t *at = stack_bottom;
+    uintptr_t at = (uintptr_t)stack_bottom;
+    uintptr_t top = (uintptr_t)stack_top;
 
-    while (at < stack_top && *at == STACK_PAINT)
-        at++;
-    return (uint32_t)((const uint8_t *)stack_top - (const uint8_t *)at);
+    while (at < top && *(const uint32_t *)at == STACK_PAINT)
+        at += sizeof(uint32_t);
+    return (uint32_t)(top - at);
 }

@@ -4,6 +4,8 @@
  * only. */
 #include "board/crash.h"
 #include "board/khepera.h"
+#define REG8(address)  address
+#define REG16(address) address
 #include "board/mc68331.h"
 
 /* SWE, no prescaler, 2^11 crystal periods = 62.5 ms; halt monitor and bus monitor (64 clocks) on.

@@ -6,10 +6,8 @@
 #ifndef BOARD_MC68331_H
 #define BOARD_MC68331_H
 
-#ifdef __ASSEMBLER__
-#define REG8(address)  address
-#define REG16(address) address
-#else
+/* The assembler wants plain addresses and has its own REG8 and REG16 (board/crt0.S). */
+#ifndef REG8
 #include <stdint.h>
 #define REG8(address)  (*(volatile uint8_t *)(address))
 #define REG16(address) (*(volatile uint16_t *)(address))

@@ -50,18 +50,17 @@ angle_t angle_of(int32_t x, int32_t y)
 {
     uint32_t run = (uint32_t)(x < 0 ? -x : x);
     uint32_t rise = (uint32_t)(y < 0 ? -y : y);
+    uint32_t longer = run > rise ? run : rise;
+    uint32_t shorter = run > rise ? rise : run;
     int32_t angle;
 
-    if (run == 0 && rise == 0)
+    if (longer == 0)
         return 0;
-    while (run >= 1ul << 17 || rise >= 1ul << 17) {
-        run >>= 1;
-        rise >>= 1;
-    }
-    if (rise <= run)
-        angle = interpolate(arc_tangent, (rise << 14) / run);
-    else
-        angle = ANGLE_90 - interpolate(arc_tangent, (run << 14) / rise);
+    for (; longer >= 1ul << 17; longer >>= 1)
+        shorter >>= 1;
+    angle = interpolate(arc_tangent, (shorter << 14) / longer);
+    if (rise > run)
+        angle = ANGLE_90 - angle;
     if (x < 0)
         angle = 2 * ANGLE_90 - angle;
     return angle_wrap(y < 0 ? -angle : angle);
