@@ -344,7 +344,7 @@ static int strip_middle(const outline_t *o, int eye, int16_t *x_q4)
         int16_t first = o->x_q4[eye][LEFT_END][i];
         int16_t last = o->x_q4[eye][RIGHT_END][i];
 
-        values[i] = first == NO_END || last == NO_END ? NO_END : (int16_t)((first + last) / 2);
+        values[i] = (int16_t)(first == NO_END || last == NO_END ? NO_END : (first + last) / 2);
     }
     return trimmed_mean(values, o->count, x_q4);
 }
