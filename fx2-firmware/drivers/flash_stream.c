@@ -4,26 +4,10 @@
 #include "drivers/gpif.h"
 #include "drivers/gpif_ctl.h"
 
-/* 512 bytes take 640 CPU cycles, a poll takes 8: twice the time a block needs. */
+/* 512 bytes take 640 CPU cycles, a poll takes 9: twice the time a block needs. */
 #define POLLS_MAX 160u
 
-/* The samples that the GPIF takes in passing go to EP6, which has four buffers of 512 bytes: one
- * block each. */
-#define FIFO_BUFFERS 4u
-
-static uint8_t free_buffers;
 static uint16_t next_block;
-
-static void discard_samples(void)
-{
-    FIFORESET = FIFORESET_NAKALL;
-    SYNCDELAY();
-    FIFORESET = FIFORESET_NAKALL | 6;
-    SYNCDELAY();
-    FIFORESET = 0;
-    SYNCDELAY();
-    free_buffers = FIFO_BUFFERS;
-}
 
 /* All but TCB1 is 0 whenever a block begins: the count before has expired. */
 static void clear_count(void)
@@ -41,7 +25,6 @@ void flash_stream_begin(uint16_t block)
     next_block = block;
     gpif_set_offset(0); /* after 512 bytes GPIFADR[8:0] is there again by itself */
     clear_count();
-    discard_samples();
     GPIFIDLECTL = WE_N;
 }
 
@@ -62,16 +45,22 @@ static uint8_t await_done(void)
     return 0;
 }
 
-/* Everything in this loop but the waiting costs the stream time. */
+/* Everything in this loop but the waiting costs the stream time. The samples that the GPIF takes in
+ * passing go to EP6 and are thrown away before each block, which always fits its first buffer: what
+ * becomes of a sample without room does not matter. The host is held off meanwhile, as a FIFO's
+ * reset demands. */
 uint8_t flash_stream_blocks(uint8_t count, uint16_t length)
 {
+    uint8_t done;
+
+    FIFORESET = FIFORESET_NAKALL;
+    SYNCDELAY();
     do {
         IOD = (uint8_t)next_block;
         IOE = (uint8_t)(next_block >> 8);
         next_block++;
-        if (free_buffers == 0)
-            discard_samples();
-        free_buffers--;
+        FIFORESET = FIFORESET_NAKALL | 6;
+        SYNCDELAY();
         GPIFTCB1 = (uint8_t)(length >> 8);
         SYNCDELAY();
         if ((uint8_t)length != 0) {
@@ -79,8 +68,10 @@ uint8_t flash_stream_blocks(uint8_t count, uint16_t length)
             SYNCDELAY();
         }
         GPIFTRIG = GPIFTRIG_READ | GPIFTRIG_EP6;
-        if (!await_done())
-            return 0;
-    } while (--count);
-    return 1;
+        SYNCDELAY();
+        done = await_done();
+    } while (done && --count);
+    FIFORESET = 0;
+    SYNCDELAY();
+    return done;
 }

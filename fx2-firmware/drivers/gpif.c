@@ -127,12 +127,12 @@ static void wait_single(void)
     }
 }
 
-/* One read cycle. The first access starts it and returns a byte of an earlier one; the cycle then
- * takes as long as the two NOPs and the first look at DONE. */
+/* One read cycle. The first access starts it and returns a byte of an earlier one; the cycle is
+ * over about when DONE is looked at first. */
 #define START_READ()                                                                               \
     do {                                                                                           \
         ignored = GPIFSGLDATLX;                                                                    \
-        __asm__("nop\n nop");                                                                      \
+        SYNCDELAY();                                                                               \
         if (!(GPIFTRIG & GPIFTRIG_DONE))                                                           \
             wait_single();                                                                         \
     } while (0)
@@ -164,6 +164,7 @@ uint8_t gpif_read_ones(uint8_t length)
 void gpif_write(uint8_t value)
 {
     GPIFSGLDATLX = value;
+    SYNCDELAY();
     wait_single();
 }
 
