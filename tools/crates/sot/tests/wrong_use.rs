@@ -1,0 +1,143 @@
+//! What a user can get wrong: every case ends with one clear line on standard error and the exit code
+//! that README and --help document.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use tempfile::TempDir;
+
+const FAILED: i32 = 1;
+const USAGE: i32 = 2;
+
+fn sot(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_sot"))
+        .args(arguments)
+        .current_dir(folder)
+        .env("STEREOSOT_FIRMWARE", concat!(env!("CARGO_MANIFEST_DIR"), "/../../../build/firmware"))
+        .output()
+        .expect("sot was built")
+}
+
+/// Runs sot in `folder`, which must fail with `code` and one line that contains all of `words`.
+fn fails(folder: &Path, arguments: &[&str], code: i32, words: &[&str]) {
+    let output = sot(folder, arguments);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+    assert_eq!(said.trim_end().lines().count(), 1, "{arguments:?} says more than a line: {said}");
+    assert!(said.starts_with("sot: "), "{arguments:?}: {said}");
+    assert!(output.stdout.is_empty(), "{arguments:?} prints to standard output");
+    for word in words {
+        assert!(said.contains(word), "{arguments:?} does not say '{word}': {said}");
+    }
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+fn put(folder: &TempDir, name: &str, bytes: &[u8]) -> PathBuf {
+    let path = folder.path().join(name);
+    fs::write(&path, bytes).expect("the temporary folder is writable");
+    path
+}
+
+/// A grey picture as PGM.
+fn grey(width: usize, height: usize) -> Vec<u8> {
+    let mut bytes = format!("P5\n{width} {height}\n255\n").into_bytes();
+    bytes.resize(bytes.len() + width * height, 0x80);
+    bytes
+}
+
+#[test]
+fn wrong_arguments_are_told_in_one_line() {
+    let folder = folder();
+    let here = folder.path();
+    fails(here, &[], USAGE, &["verb", "--help"]);
+    fails(here, &["plya"], USAGE, &["plya", "play"]);
+    fails(here, &["play", "--sead", "1"], USAGE, &["--sead", "--seed"]);
+    fails(here, &["play", "--seed", "one"], USAGE, &["--seed", "one"]);
+    fails(here, &["play", "--seconds", "0"], USAGE, &["--seconds"]);
+    fails(here, &["play", "--seconds", "nan"], USAGE, &["--seconds"]);
+    fails(here, &["play", "--opponent", "nobody"], USAGE, &["nobody", "idle"]);
+    fails(here, &["detect", "one.png"], USAGE, &["RIGHT"]);
+    fails(here, &["bitstream", "make", "tennis", "-o", "x"], USAGE, &["tennis", "soccer"]);
+    fails(here, &["bitstream", "pack", "32=x", "-o", "y"], USAGE, &["32", "31"]);
+    fails(here, &["bitstream", "pack", "x", "-o", "y"], USAGE, &["SLOT=FILE"]);
+}
+
+#[test]
+fn missing_files_are_named() {
+    let folder = folder();
+    let here = folder.path();
+    fails(here, &["detect", "no.png", "no.png"], FAILED, &["no.png", "No such file"]);
+    fails(here, &["bitstream", "check", "no.bit"], FAILED, &["no.bit", "No such file"]);
+    fails(here, &["play", "--headless", "--flash", "no.img"], FAILED, &["no.img", "No such file"]);
+    fails(here, &["play", "--headless", "--khepera-image", "no.elf"], FAILED, &["no.elf"]);
+}
+
+#[test]
+fn unreadable_pictures_are_named_with_what_could_be_read() {
+    let folder = folder();
+    let here = folder.path();
+    put(&folder, "text.png", b"this is no picture");
+    put(&folder, "empty.png", b"");
+    put(&folder, "cut.pgm", &grey(320, 240)[..5000]);
+    put(&folder, "good.pgm", &grey(320, 240));
+    put(&folder, "small.pgm", &grey(160, 120));
+    put(&folder, "wide.pgm", &grey(5000, 2));
+    for bad in ["text.png", "empty.png", "cut.pgm", "wide.pgm"] {
+        fails(here, &["detect", "good.pgm", bad], FAILED, &[bad]);
+    }
+    fails(here, &["detect", "good.pgm", "small.pgm"], FAILED, &["320x240", "160x120"]);
+    fails(here, &["detect", "small.pgm", "small.pgm"], FAILED, &["160x120", "scale"]);
+}
+
+#[test]
+fn truncated_and_foreign_images_are_refused_before_anything_runs() {
+    let folder = folder();
+    let here = folder.path();
+    put(&folder, "short.img", &[0xFF; 1000]);
+    put(&folder, "bad.ihx", b":0300000002000EFF\n");
+    put(&folder, "half.elf", b"\x7fELF\x01\x02\x01");
+    let play = ["play", "--headless", "--seconds", "1"];
+    let with = |extra: [&'static str; 2]| [play.as_slice(), extra.as_slice()].concat();
+    fails(here, &with(["--flash", "short.img"]), FAILED, &["1000 bytes", "bitstream pack"]);
+    fails(here, &with(["--fx2-image", "bad.ihx"]), FAILED, &["FX2 image"]);
+    fails(here, &with(["--khepera-image", "half.elf"]), FAILED, &["68331 image"]);
+}
+
+#[test]
+fn bitstreams_are_made_checked_and_packed() {
+    let folder = folder();
+    let here = folder.path();
+    let ok = |arguments: &[&str]| {
+        let output = sot(here, arguments);
+        assert!(output.status.success(), "{arguments:?}: {output:?}");
+        String::from_utf8(output.stdout).expect("text")
+    };
+    ok(&["bitstream", "make", "soccer", "-o", "soccer.bin"]);
+    ok(&["bitstream", "make", "capture", "-o", "capture.bit"]);
+    let stream = fs::read(here.join("soccer.bin")).expect("was written");
+    assert_eq!(stream.len(), 234_456);
+
+    let said = ok(&["bitstream", "check", "soccer.bin", "capture.bit", "--json"]);
+    let verdicts: Vec<serde_json::Value> =
+        said.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    assert_eq!(verdicts.len(), 2);
+    assert_eq!(verdicts[0]["function"], "soccer");
+    assert_eq!(verdicts[1]["function"], "capture");
+    assert_eq!(verdicts[1]["bytes"], 234_456);
+
+    ok(&["bitstream", "pack", "0=soccer.bin", "31=capture.bit", "-o", "flash.img"]);
+    assert_eq!(fs::metadata(here.join("flash.img")).expect("was written").len(), 16 << 20);
+
+    let mut damaged = stream.clone();
+    damaged[100_000] ^= 1;
+    put(&folder, "damaged.bin", &damaged);
+    put(&folder, "cut.bin", &stream[..100_000]);
+    fails(here, &["bitstream", "check", "damaged.bin"], FAILED, &["damaged.bin", "CRC"]);
+    fails(here, &["bitstream", "check", "cut.bin"], FAILED, &["cut.bin", "100000"]);
+    fails(here, &["bitstream", "pack", "0=damaged.bin", "-o", "y"], FAILED, &["damaged.bin"]);
+    assert!(!here.join("y").exists());
+}

@@ -1,0 +1,160 @@
+//! Whole matches with the firmware images as CMake's `firmware` preset builds them; without the
+//! images these tests fail and say how to build them.
+//!
+//! Each match is deterministic, so a failure names the seeds that replay it with `sot play`.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, OnceLock};
+use std::{fs, thread};
+
+use sim::{Ps, SECOND};
+use twin::game::{BallColour, Eyes, Game, Setup, Summary};
+use twin::robot::Images;
+use virtex::bitstream;
+use virtex::design::Function;
+use virtex::store::{Entry, pack};
+
+/// The seeds that the figures in the README are about.
+const SEEDS: std::ops::RangeInclusive<u64> = 1..=20;
+/// Simulated time of a match.
+const MATCH: Ps = 60 * SECOND;
+/// Bytes of a slot's bank before its header; the first slot's bitstream lies there.
+const SOMEWHERE_IN_THE_BITSTREAM: usize = 100_000;
+
+fn built(path: &str) -> Vec<u8> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../build/firmware").join(path);
+    fs::read(&path).unwrap_or_else(|error| {
+        panic!(
+            "{}: {error}; build it with: cmake --preset firmware && cmake --build --preset firmware",
+            path.display()
+        )
+    })
+}
+
+fn images() -> Images {
+    static IMAGES: OnceLock<Images> = OnceLock::new();
+    IMAGES
+        .get_or_init(|| {
+            let stream = bitstream::make(Function::Soccer, &bitstream::Options::default());
+            let slot = Entry::from_file(0, &stream, "soccer".into()).expect("a good stream");
+            Images {
+                fx2: built("fx2-firmware/fx2-firmware.ihx"),
+                khepera: built("khepera-firmware/khepera-firmware.elf"),
+                flash: pack(&[slot], 0),
+            }
+        })
+        .clone()
+}
+
+fn setup(seed: u64) -> Setup {
+    Setup { seed, images: images(), eyes: Eyes::Open, ball: BallColour::Yellow, end: MATCH }
+}
+
+fn play(setup: Setup) -> Summary {
+    let mut game = Game::new(setup).expect("the images are good");
+    while !game.over() {
+        game.run_for(SECOND);
+    }
+    game.summary()
+}
+
+/// All seeds' matches, as many at a time as there are processors; in the order of the seeds.
+fn play_all(change: impl Fn(&mut Setup) + Sync) -> Vec<(u64, Summary)> {
+    let next = AtomicU64::new(*SEEDS.start());
+    let results = Mutex::new(Vec::new());
+    let workers = thread::available_parallelism().map_or(1, usize::from);
+    thread::scope(|scope| {
+        for _ in 0..workers {
+            scope.spawn(|| {
+                loop {
+                    let seed = next.fetch_add(1, Ordering::Relaxed);
+                    if !SEEDS.contains(&seed) {
+                        return;
+                    }
+                    let mut setup = setup(seed);
+                    change(&mut setup);
+                    let summary = play(setup);
+                    results.lock().expect("no worker panicked").push((seed, summary));
+                }
+            });
+        }
+    });
+    let mut results = results.into_inner().expect("no worker panicked");
+    results.sort_by_key(|&(seed, _)| seed);
+    results
+}
+
+fn scoring_seeds(results: &[(u64, Summary)]) -> Vec<u64> {
+    results.iter().filter(|(_, summary)| summary.goals_for > 0).map(|&(seed, _)| seed).collect()
+}
+
+#[test]
+fn most_seeds_score_within_a_minute_and_the_first_among_them() {
+    let results = play_all(|_| {});
+    for (seed, summary) in &results {
+        println!(
+            "seed {seed:2}: {} : {} after {:4.1} s, 68331 {:2.0} % busy",
+            summary.goals_for,
+            summary.goals_against,
+            summary.time as f64 / SECOND as f64,
+            summary.cpu_load * 100.0
+        );
+        assert!(summary.fpga.configured, "seed {seed}: {:?}", summary.fpga);
+    }
+    let scoring = scoring_seeds(&results);
+    assert!(scoring.contains(&1), "seed 1 did not score; these did: {scoring:?}");
+    assert!(scoring.len() >= 10, "only these seeds score: {scoring:?}");
+}
+
+#[test]
+fn without_eyes_nobody_scores() {
+    let scoring = scoring_seeds(&play_all(|setup| setup.eyes = Eyes::Black));
+    assert_eq!(scoring, [0_u64; 0], "these seeds score with black eyes");
+}
+
+#[test]
+fn with_a_pink_ball_nobody_scores() {
+    let scoring = scoring_seeds(&play_all(|setup| setup.ball = BallColour::Pink));
+    assert_eq!(scoring, [0_u64; 0], "these seeds score with a pink ball");
+}
+
+#[test]
+fn the_same_seed_does_the_same_and_another_another() {
+    let five_seconds = |seed| play(Setup { end: 5 * SECOND, ..setup(seed) }).trace_hash;
+    assert_eq!(five_seconds(1), five_seconds(1));
+    assert_ne!(five_seconds(1), five_seconds(2));
+}
+
+#[test]
+fn a_damaged_bitstream_leaves_the_fpga_unconfigured_and_the_summary_says_why() {
+    let mut setup = Setup { end: 10 * SECOND, ..setup(1) };
+    setup.images.flash[SOMEWHERE_IN_THE_BITSTREAM] ^= 0x10;
+    let summary = play(setup);
+    let why = summary.fpga.why.expect("a reason");
+    assert!(why.contains("CRC error"), "{why}");
+    assert!(!summary.fpga.configured);
+    assert_eq!((summary.goals_for, summary.frames, summary.reports), (0, 0, 0));
+}
+
+#[test]
+fn an_empty_flash_leaves_the_fpga_unconfigured_and_the_summary_says_why() {
+    let mut setup = Setup { end: 10 * SECOND, ..setup(1) };
+    setup.images.flash.fill(0xFF);
+    let summary = play(setup);
+    let why = summary.fpga.why.expect("a reason");
+    assert!(why.contains("no default slot"), "{why}");
+    assert_eq!((summary.goals_for, summary.reports), (0, 0));
+}
+
+#[test]
+fn a_capture_bitstream_runs_but_reports_nothing() {
+    let mut setup = Setup { end: 10 * SECOND, ..setup(1) };
+    let stream = bitstream::make(Function::Capture, &bitstream::Options::default());
+    let slot = Entry::from_file(3, &stream, "capture".into()).expect("a good stream");
+    setup.images.flash = pack(&[slot], 3);
+    let summary = play(setup);
+    assert_eq!(summary.fpga.function, Some("capture"));
+    assert_eq!(summary.fpga.slot, Some(3));
+    assert_eq!((summary.goals_for, summary.reports), (0, 0));
+}
