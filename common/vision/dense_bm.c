@@ -3,17 +3,17 @@
 #include "vision/dense_filter.h"
 #include "vision/multiversion.h"
 
-/* The map is computed in upright strips, so that what a strip needs for all disparities stays in
- * the processor's first cache: of each row the column sums and the block sums. Loops run along x,
- * over a number of pixels that is a multiple of LANES. */
-#define LANES       16u
-#define STRIP_MAX   128u
-#define COLUMNS_MAX (STRIP_MAX + 2u * LANES)
+/* The map is computed in upright strips, so that what a strip needs for all disparities, sums of
+ * columns and of blocks in a row, stays near the processor. Loops run along x over the whole strip,
+ * STRIP results or the COLUMNS that their blocks cover: constants, so that the compiler unrolls
+ * them. What they compute beyond the picture is never looked at. */
+#define STRIP   128u
+#define COLUMNS (STRIP + 32u)
 
-/* Columns beyond the picture that strips may touch: blocks reach 10 px to the left of the first
- * column, strips are rounded up to the right. */
+/* Columns beyond the picture that strips touch: blocks reach 10 px to the left of the first column,
+ * the last strip may have only one result. */
 #define PAD_LEFT  16u
-#define PAD_RIGHT (4u * LANES)
+#define PAD_RIGHT COLUMNS
 
 /* All sums carry this offset, so that signed 16-bit comparisons, which every vector unit has, order
  * sums up to 2 * 63 * 21 * 21 = 55,566. It needs no instruction: column sums start with it, and an
@@ -23,17 +23,21 @@
 /* More than any sum, without bias. */
 #define NO_SUM UINT16_MAX
 
+/* Longer than COLUMNS by what sums of three read beyond them. */
+typedef uint16_t column_row_t[COLUMNS + 8u];
+typedef uint16_t block_row_t[STRIP + 32u];
+
 typedef struct {
     const bm_params_t *params;
     uint32_t width;
     uint32_t height;
     uint32_t plane_stride;
-    uint8_t *gradient[2]; /* pre-filtered eyes; pixel (0, 0) */
-    uint8_t *blank;       /* a row without gradient; pixel 0 */
-    uint16_t *columns; /* [disparities + 1][column_stride] sums of columns; the last is texture */
-    uint16_t *blocks;  /* [disparities][block_stride] sums of blocks */
-    uint16_t *margins; /* [disparities][block - 1]: see take_margins */
-    uint16_t *costs;   /* for the left-right check: the smallest sum of each pixel */
+    uint8_t *gradient[2];  /* pre-filtered eyes; pixel (0, 0) */
+    uint8_t *blank;        /* a row without gradient; pixel 0 */
+    column_row_t *columns; /* [disparities + 1]: sums of columns; the last is texture */
+    block_row_t *blocks;   /* [disparities + 1]: sums of blocks, likewise */
+    uint16_t *margins;     /* [disparities][margin]: see take_margins */
+    uint16_t *costs;       /* for the left-right check: the smallest sum of each pixel */
     int16_t *map;
     uint32_t map_stride;
     /* Columns and results of all strips: without the left-right check the pixels that can have a
@@ -45,19 +49,16 @@ typedef struct {
     /* The strip at work. */
     uint32_t start; /* its first result, counted from first_x */
     uint32_t length;
-    uint32_t column_stride;
-    uint32_t block_stride;
 } bm_t;
 
 /* What is found along one row of a strip. */
 typedef struct {
-    int16_t lowest[STRIP_MAX];   /* block sum, with bias */
-    int16_t limit[STRIP_MAX];    /* what a rival must exceed, with bias */
-    uint16_t at[STRIP_MAX];      /* disparity of the lowest */
-    uint16_t rivals[STRIP_MAX];  /* how many sums do not exceed the limit, itself included */
-    uint16_t texture[STRIP_MAX]; /* with bias */
-    uint16_t before[STRIP_MAX];  /* sums at the disparity - 1 and + 1, without bias */
-    uint16_t after[STRIP_MAX];
+    int16_t lowest[STRIP];  /* block sum, with bias */
+    int16_t limit[STRIP];   /* what a rival must exceed, with bias */
+    uint16_t at[STRIP];     /* disparity of the lowest */
+    uint16_t rivals[STRIP]; /* how many sums do not exceed the limit, itself included */
+    uint16_t before[STRIP]; /* sums at the disparity - 1 and + 1, without bias */
+    uint16_t after[STRIP];
 } findings_t;
 
 bm_params_t bm_defaults(uint8_t block, uint16_t disparities)
@@ -75,14 +76,9 @@ static int params_fit(const bm_params_t *p)
            p->prefilter_cap <= BM_MAX_PREFILTER_CAP && p->uniqueness_percent <= BM_MAX_UNIQUENESS;
 }
 
-static uint32_t round_up(uint32_t n, uint32_t unit)
-{
-    return (n + unit - 1) / unit * unit;
-}
-
 static uint32_t plane_stride(uint32_t width)
 {
-    return round_up(PAD_LEFT + width + PAD_RIGHT, LANES);
+    return PAD_LEFT + width + PAD_RIGHT;
 }
 
 uint32_t bm_work_words(uint16_t width, uint16_t height, const bm_params_t *params)
@@ -93,10 +89,9 @@ uint32_t bm_work_words(uint16_t width, uint16_t height, const bm_params_t *param
         height > DENSE_MAX_SIDE)
         return 0;
     bytes = plane_stride(width) * (2u * height + 1u);
-    bytes += 2u * COLUMNS_MAX * (params->disparities + 1u);
-    bytes += 2u * STRIP_MAX * params->disparities;
+    bytes += (uint32_t)(sizeof(column_row_t) + sizeof(block_row_t)) * (params->disparities + 1u);
     if (params->left_right_max >= 0) {
-        bytes += 2u * params->disparities * (params->block - 1u);
+        bytes += 2u * params->disparities * (params->block / 2u);
         bytes += 2u * width * height;
         bytes += 4u * DENSE_LEFT_RIGHT_WORDS(width);
     }
@@ -151,12 +146,11 @@ static void prefilter(const bm_t *bm, const dense_eye_t *eye, uint8_t *out)
  * A difference is at most 126, so the change fits 8 bits. */
 static inline void slide_columns(const uint8_t *restrict left_in, const uint8_t *restrict right_in,
                                  const uint8_t *restrict left_out,
-                                 const uint8_t *restrict right_out, uint32_t n,
-                                 uint16_t *restrict columns)
+                                 const uint8_t *restrict right_out, uint16_t *restrict columns)
 {
     uint32_t x;
 
-    for (x = 0; x < n; x++) {
+    for (x = 0; x < COLUMNS; x++) {
         uint8_t high_in = left_in[x] > right_in[x] ? left_in[x] : right_in[x];
         uint8_t low_in = left_in[x] > right_in[x] ? right_in[x] : left_in[x];
         uint8_t high_out = left_out[x] > right_out[x] ? left_out[x] : right_out[x];
@@ -171,13 +165,13 @@ static inline void slide_columns(const uint8_t *restrict left_in, const uint8_t 
  * to the pixels of the strip's first column. */
 MULTIVERSION
 static void slide(const uint8_t *const in[2], const uint8_t *const out[2], const uint8_t *blank,
-                  uint32_t disparities, uint32_t n, uint16_t *columns)
+                  uint32_t disparities, column_row_t *columns)
 {
     uint32_t d;
 
     for (d = 0; d < disparities; d++)
-        slide_columns(in[0], in[1] - d, out[0], out[1] - d, n, columns + d * n);
-    slide_columns(in[0], blank, out[0], blank, n, columns + d * n);
+        slide_columns(in[0], in[1] - d, out[0], out[1] - d, columns[d]);
+    slide_columns(in[0], blank, out[0], blank, columns[d]);
 }
 
 /* A block's columns are added up as three terms, each of them one column, the sum of three columns,
@@ -201,8 +195,8 @@ static const term_t block_terms[][3] = {
 #define FIRST_BLOCK_OF_MANY 11u
 #define BLOCK_OF_SEVENS     17u
 
-static inline void add_three(const uint16_t *restrict a, const uint16_t *restrict b,
-                             const uint16_t *restrict c, uint32_t n, uint16_t *restrict sums)
+static inline void add_three(const uint16_t *a, const uint16_t *b, const uint16_t *c, uint32_t n,
+                             uint16_t *restrict sums)
 {
     uint32_t x;
 
@@ -210,54 +204,61 @@ static inline void add_three(const uint16_t *restrict a, const uint16_t *restric
         sums[x] = (uint16_t)(a[x] + b[x] + c[x]);
 }
 
-/* Sums of `block` columns at n places. `columns` has 2 * LANES more than n. */
-static inline void add_columns(const uint16_t *columns, uint32_t n, uint32_t block,
-                               uint16_t *restrict sums)
+/* Block sums of all disparities, and of texture behind them. */
+MULTIVERSION
+static void sum_blocks(const column_row_t *columns, uint32_t block, uint32_t disparities,
+                       block_row_t *blocks)
 {
-    uint16_t threes[COLUMNS_MAX];
-    uint16_t many[COLUMNS_MAX];
+    column_row_t threes = {0};
+    column_row_t many = {0};
     const term_t *terms = block_terms[(block - BM_MIN_BLOCK) / 2];
-    const uint16_t *kinds[3];
+    uint32_t d;
+    int i;
 
-    kinds[ONE] = columns;
-    kinds[THREE] = threes;
-    kinds[MANY] = many;
-    add_three(columns, columns + 1, columns + 2, n + block - 3, threes);
-    if (block >= FIRST_BLOCK_OF_MANY)
-        add_three(threes, threes + 3, block == BLOCK_OF_SEVENS ? columns + 6 : threes + 6,
-                  n + block - 9, many);
-    add_three(kinds[terms[0].kind] + terms[0].offset, kinds[terms[1].kind] + terms[1].offset,
-              kinds[terms[2].kind] + terms[2].offset, n, sums);
+    for (d = 0; d <= disparities; d++) {
+        const uint16_t *ones = columns[d];
+        const uint16_t *kinds[] = {ones, threes, many};
+        const uint16_t *term[3];
+
+        for (i = 0; i < 3; i++)
+            term[i] = kinds[terms[i].kind] + terms[i].offset;
+        add_three(ones, ones + 1, ones + 2, COLUMNS, threes);
+        if (block >= FIRST_BLOCK_OF_MANY)
+            add_three(threes, threes + 3, block == BLOCK_OF_SEVENS ? ones + 6 : threes + 6, COLUMNS,
+                      many);
+        add_three(term[0], term[1], term[2], STRIP, blocks[d]);
+    }
 }
 
-/* Block sums of all disparities, and their minimum. n is a multiple of LANES. */
+/* The smallest of all block sums at each place. Here and in find_rivals it is the outer loop
+ * that becomes vectors, for which the inner one must be known to run at least once. */
 MULTIVERSION
-static void sum_blocks(const uint16_t *columns, uint32_t column_stride, uint32_t n, uint32_t block,
-                       uint32_t disparities, uint16_t *restrict blocks, findings_t *restrict found)
+static void find_lowest(const block_row_t *restrict blocks, uint32_t disparities,
+                        int16_t *restrict lowest)
 {
-    uint32_t d;
     uint32_t x;
+    uint32_t d;
 
-    for (x = 0; x < n; x++)
-        found->lowest[x] = INT16_MAX;
-    for (d = 0; d < disparities; d++) {
-        add_columns(columns + d * column_stride, n, block, blocks + d * n);
-        for (x = 0; x < n; x++) {
-            int16_t sum = (int16_t)blocks[d * n + x];
+    for (x = 0; x < STRIP; x++) {
+        int16_t least = INT16_MAX;
 
-            found->lowest[x] = sum < found->lowest[x] ? sum : found->lowest[x];
-        }
+        d = 0;
+        do {
+            int16_t sum = (int16_t)blocks[d][x];
+
+            least = sum < least ? sum : least;
+        } while (++d < disparities);
+        lowest[x] = least;
     }
-    add_columns(columns + disparities * column_stride, n, block, found->texture);
 }
 
 /* The limit of uniqueness: lowest + lowest * percent / 100, cut to 16 bits. */
 MULTIVERSION
-static void set_limits(uint32_t n, uint32_t percent, findings_t *found)
+static void set_limits(uint32_t percent, findings_t *found)
 {
     uint32_t x;
 
-    for (x = 0; x < n; x++) {
+    for (x = 0; x < STRIP; x++) {
         uint32_t lowest = (uint16_t)((uint16_t)found->lowest[x] ^ BIAS);
         uint32_t limit = lowest + lowest * percent / 100u;
 
@@ -266,107 +267,121 @@ static void set_limits(uint32_t n, uint32_t percent, findings_t *found)
 }
 
 /* Where the lowest sum is, ties to the larger disparity, and how many sums do not exceed the limit.
- * LANES results at a time, whose state stays in registers. */
+ */
 MULTIVERSION
-static void find_lowest(const uint16_t *restrict blocks, uint32_t n, uint32_t disparities,
-                        findings_t *restrict found)
+static void find_rivals(const block_row_t *restrict blocks, uint32_t disparities,
+                        const int16_t *restrict lowest, const int16_t *restrict limit,
+                        uint16_t *restrict at, uint16_t *restrict rivals)
 {
-    uint32_t first;
+    uint32_t x;
     uint32_t d;
-    uint32_t i;
 
-    for (first = 0; first < n; first += LANES) {
-        int16_t lowest[LANES];
-        int16_t limit[LANES];
-        uint16_t at[LANES];
-        uint16_t rivals[LANES];
+    for (x = 0; x < STRIP; x++) {
+        int16_t least = lowest[x];
+        int16_t most = limit[x];
+        uint16_t here = 0;
+        uint16_t place = 0;
+        uint16_t count = 0;
 
-        for (i = 0; i < LANES; i++) {
-            lowest[i] = found->lowest[first + i];
-            limit[i] = found->limit[first + i];
-            at[i] = 0;
-            rivals[i] = 0;
-        }
-        for (d = 0; d < disparities; d++) {
-            const uint16_t *sums = blocks + d * n + first;
+        d = 0;
+        do {
+            int16_t sum = (int16_t)blocks[d][x];
 
-            for (i = 0; i < LANES; i++) {
-                int16_t sum = (int16_t)sums[i];
-
-                at[i] = sum == lowest[i] ? (uint16_t)d : at[i];
-                rivals[i] = (uint16_t)(rivals[i] + (sum <= limit[i]));
-            }
-        }
-        for (i = 0; i < LANES; i++) {
-            found->at[first + i] = at[i];
-            found->rivals[first + i] = rivals[i];
-        }
+            place = sum == least ? here : place;
+            count = (uint16_t)(count + (sum <= most));
+            here++;
+        } while (++d < disparities);
+        at[x] = place;
+        rivals[x] = count;
     }
 }
 
 /* Sums beside the lowest; beyond the ends of the search NO_SUM. */
-static void find_neighbours(const uint16_t *blocks, uint32_t n, uint32_t disparities,
-                            findings_t *found)
+static void find_neighbours(const block_row_t *blocks, uint32_t disparities, findings_t *found)
 {
     uint32_t x;
 
-    for (x = 0; x < n; x++) {
+    for (x = 0; x < STRIP; x++) {
         uint32_t d = found->at[x];
-        const uint16_t *sum = blocks + d * n + x;
 
-        found->before[x] = d > 0 ? (uint16_t)(*(sum - n) ^ BIAS) : NO_SUM;
-        found->after[x] = d + 1 < disparities ? (uint16_t)(*(sum + n) ^ BIAS) : NO_SUM;
+        found->before[x] = d > 0 ? (uint16_t)(blocks[d - 1][x] ^ BIAS) : NO_SUM;
+        found->after[x] = d + 1 < disparities ? (uint16_t)(blocks[d + 1][x] ^ BIAS) : NO_SUM;
     }
 }
 
-/* 128 * part / whole, rounded down, for part <= whole: long division, which needs no divider and no
- * more than 16 bits. 0 / 0 is 0. */
-static inline uint16_t hundred_twenty_eighths(uint16_t part, uint16_t whole)
+/* quotients = 128 * parts / wholes, rounded down, for part <= whole; 0 / 0 is 0. Long division: it
+ * needs no divider and no more than 16 bits. Overwrites the parts. */
+MULTIVERSION
+static void divide(uint16_t *restrict parts, const uint16_t *restrict wholes,
+                   uint16_t *restrict quotients)
 {
-    uint16_t fits = part >= whole;
-    uint16_t rest = (uint16_t)(part - (fits ? whole : 0));
-    uint16_t quotient = fits;
+    uint32_t x;
     int bit;
 
-    for (bit = 0; bit < 7; bit++) {
-        /* 2 * rest >= whole, without overflow */
-        uint16_t to_whole = (uint16_t)(whole - rest);
+    for (x = 0; x < STRIP; x++) {
+        uint16_t fits = (parts[x] >= wholes[x]) & (wholes[x] > 0);
 
-        fits = rest >= to_whole;
-        rest = (uint16_t)(rest + (fits ? -to_whole : rest));
-        quotient = (uint16_t)(2 * quotient + fits);
+        parts[x] = (uint16_t)(fits ? 0 : parts[x]);
+        quotients[x] = fits;
     }
-    return whole ? quotient : 0;
+    for (bit = 0; bit < 7; bit++) {
+        for (x = 0; x < STRIP; x++) {
+            /* 2 * part >= whole, without overflow */
+            uint16_t to_whole = (uint16_t)(wholes[x] - parts[x]);
+            uint16_t fits = (parts[x] >= to_whole) & (wholes[x] > 0);
+
+            parts[x] = (uint16_t)(fits ? parts[x] - to_whole : parts[x] + parts[x]);
+            quotients[x] = (uint16_t)(2 * quotients[x] + fits);
+        }
+    }
 }
 
-/* Disparities of n results: refined between pixels by two lines of equal steepness through the sums
- * at -1, 0, +1; none where texture is missing or another place is as good. */
+/* Where between the pixels the lowest sum is: two lines of equal steepness through the sums at -1,
+ * 0, +1 meet there. In 1/256 px, positive or negative; 0 at the ends of the search. */
 MULTIVERSION
-static void finish_row(const bm_params_t *params, uint32_t n, const findings_t *found,
-                       int16_t *restrict out)
+static void refine(const findings_t *found, int16_t *restrict steps)
 {
-    uint16_t texture_min = params->texture_min;
-    uint16_t check_rivals = params->uniqueness_percent > 0;
+    uint16_t parts[STRIP];
+    uint16_t wholes[STRIP];
+    uint16_t quotients[STRIP];
     uint32_t x;
 
-    for (x = 0; x < n; x++) {
+    for (x = 0; x < STRIP; x++) {
         uint16_t before = found->before[x];
         uint16_t after = found->after[x];
         uint16_t higher = before > after ? before : after;
         uint16_t lower = before > after ? after : before;
-        uint16_t lowest = (uint16_t)((uint16_t)found->lowest[x] ^ BIAS);
-        uint16_t limit = (uint16_t)((uint16_t)found->limit[x] ^ BIAS);
-        uint16_t texture = (uint16_t)(found->texture[x] ^ BIAS);
-        uint16_t own = (uint16_t)(1 + (before <= limit) + (after <= limit));
-        int16_t step = (int16_t)hundred_twenty_eighths((uint16_t)(higher - lower),
-                                                       (uint16_t)(higher - lowest));
-        uint16_t valid = (texture >= texture_min) & (!check_rivals | (found->rivals[x] == own));
+        uint16_t whole = (uint16_t)(higher - ((uint16_t)found->lowest[x] ^ BIAS));
 
-        step = before > after ? step : (int16_t)-step;
-        step = higher == NO_SUM ? 0 : step; /* an end of the search: one side is unknown */
+        parts[x] = (uint16_t)(higher - lower);
+        wholes[x] = higher == NO_SUM ? 0 : whole;
+    }
+    divide(parts, wholes, quotients);
+    for (x = 0; x < STRIP; x++)
+        steps[x] = (int16_t)(found->before[x] > found->after[x] ? quotients[x] : -quotients[x]);
+}
+
+/* Disparities of a row: none where texture is missing or another place is as good. */
+MULTIVERSION
+static void finish_row(const bm_params_t *params, const findings_t *found,
+                       const int16_t *restrict steps, const uint16_t *restrict texture_sums,
+                       int16_t *restrict out)
+{
+    uint16_t texture_min = params->texture_min;
+    uint16_t no_check = params->uniqueness_percent == 0;
+    uint32_t x;
+
+    for (x = 0; x < STRIP; x++) {
+        uint16_t limit = (uint16_t)((uint16_t)found->limit[x] ^ BIAS);
+        uint16_t texture = (uint16_t)(texture_sums[x] ^ BIAS);
+        uint16_t own = (uint16_t)(1 + (found->before[x] <= limit) + (found->after[x] <= limit));
+        uint16_t unique = (uint16_t)(no_check | (found->rivals[x] == own));
         /* (256 at + step + 15) >> 4, with no negative number shifted */
-        step = (int16_t)(((step + 15 + 128) >> 4) - 8);
-        out[x] = valid ? (int16_t)(16 * found->at[x] + step) : (int16_t)DENSE_INVALID_Q4;
+        uint16_t step = (uint16_t)(((uint16_t)(steps[x] + 15 + 128) >> 4) - 8);
+        uint16_t disparity = (uint16_t)(16 * found->at[x] + step);
+
+        disparity = texture < texture_min ? (uint16_t)DENSE_INVALID_Q4 : disparity;
+        out[x] = (int16_t)(unique ? disparity : (uint16_t)DENSE_INVALID_Q4);
     }
 }
 
@@ -380,7 +395,7 @@ static void take_margins(const bm_t *bm, const uint8_t *const in[2], const uint8
     uint32_t c;
 
     for (d = 0; d < bm->params->disparities; d++) {
-        uint16_t *columns = bm->columns + d * bm->column_stride;
+        uint16_t *columns = bm->columns[d];
         uint16_t *margin = bm->margins + d * bm->margin;
 
         for (c = 0; bm->start == 0 && c < bm->margin; c++) {
@@ -391,7 +406,7 @@ static void take_margins(const bm_t *bm, const uint8_t *const in[2], const uint8
                                    (change_out < 0 ? -change_out : change_out));
             columns[c] = margin[c];
         }
-        for (c = last + 1; c >= bm->start && c < bm->start + bm->column_stride; c++)
+        for (c = last + 1; c >= bm->start && c < bm->start + COLUMNS; c++)
             columns[c - bm->start] = columns[last - bm->start];
     }
 }
@@ -409,7 +424,7 @@ static void slide_strip(const bm_t *bm, uint32_t y)
         out[eye] = y < block ? bm->blank + column
                              : bm->gradient[eye] + (y - block) * bm->plane_stride + column;
     }
-    slide(in, out, bm->blank + column, bm->params->disparities, bm->column_stride, bm->columns);
+    slide(in, out, bm->blank + column, bm->params->disparities, bm->columns);
     if (bm->margin)
         take_margins(bm, in, out);
 }
@@ -428,16 +443,18 @@ static void copy_row(const bm_t *bm, uint32_t y, const findings_t *found, const 
 static void search_strip_row(const bm_t *bm, uint32_t y)
 {
     const bm_params_t *params = bm->params;
-    uint32_t n = bm->block_stride;
+    const block_row_t *blocks = (const block_row_t *)bm->blocks;
     findings_t found;
-    int16_t row[STRIP_MAX];
+    int16_t steps[STRIP];
+    int16_t row[STRIP];
 
-    sum_blocks(bm->columns, bm->column_stride, n, params->block, params->disparities, bm->blocks,
-               &found);
-    set_limits(n, params->uniqueness_percent, &found);
-    find_lowest(bm->blocks, n, params->disparities, &found);
-    find_neighbours(bm->blocks, n, params->disparities, &found);
-    finish_row(params, n, &found, row);
+    sum_blocks((const column_row_t *)bm->columns, params->block, params->disparities, bm->blocks);
+    find_lowest(blocks, params->disparities, found.lowest);
+    set_limits(params->uniqueness_percent, &found);
+    find_rivals(blocks, params->disparities, found.lowest, found.limit, found.at, found.rivals);
+    find_neighbours(blocks, params->disparities, &found);
+    refine(&found, steps);
+    finish_row(params, &found, steps, blocks[params->disparities], row);
     copy_row(bm, y, &found, row);
 }
 
@@ -454,7 +471,8 @@ static void search_strip(const bm_t *bm)
     uint32_t block = bm->params->block;
     uint32_t y;
 
-    fill_sums(bm->columns, bm->column_stride * (bm->params->disparities + 1u));
+    fill_sums(bm->columns[0],
+              (bm->params->disparities + 1u) * (uint32_t)(sizeof(column_row_t) / sizeof(uint16_t)));
     if (bm->margin)
         fill_sums(bm->margins, bm->margin * bm->params->disparities);
     for (y = 0; y < bm->height; y++) {
@@ -466,13 +484,8 @@ static void search_strip(const bm_t *bm)
 
 static void search(bm_t *bm)
 {
-    uint32_t strips = (bm->results + STRIP_MAX - 1) / STRIP_MAX;
-    uint32_t share = round_up((bm->results + strips - 1) / strips, LANES);
-
-    bm->block_stride = share;
-    bm->column_stride = round_up(share + bm->params->block - 1u, LANES);
-    for (bm->start = 0; bm->start < bm->results; bm->start += share) {
-        bm->length = bm->results - bm->start < share ? bm->results - bm->start : share;
+    for (bm->start = 0; bm->start < bm->results; bm->start += STRIP) {
+        bm->length = bm->results - bm->start < STRIP ? bm->results - bm->start : STRIP;
         search_strip(bm);
     }
 }
@@ -500,23 +513,23 @@ static void check_left_right(const bm_t *bm, uint32_t *work)
     }
 }
 
-/* Lay out the work memory; what is left over at its end is for the left-right check. */
+/* Lay out the work memory: words first, then what has 16 bits, then bytes. Returns where the words
+ * for the left-right check are. */
 static uint32_t *share_out(bm_t *bm, uint32_t *work)
 {
     const bm_params_t *params = bm->params;
+    uint16_t *halves = (uint16_t *)(work + (bm->margin ? DENSE_LEFT_RIGHT_WORDS(bm->width) : 0));
     uint8_t *bytes;
-    uint32_t *rest = work;
 
+    bm->columns = (column_row_t *)halves;
+    bm->blocks = (block_row_t *)(bm->columns + params->disparities + 1u);
+    halves = (uint16_t *)(bm->blocks + params->disparities + 1u);
     if (bm->margin) {
-        rest += DENSE_LEFT_RIGHT_WORDS(bm->width);
-        bm->costs = (uint16_t *)rest;
-        bm->margins = bm->costs + bm->width * bm->height;
-        bm->columns = bm->margins + params->disparities * (params->block - 1u);
-    } else {
-        bm->columns = (uint16_t *)rest;
+        bm->margins = halves;
+        bm->costs = bm->margins + params->disparities * bm->margin;
+        halves = bm->costs + bm->width * bm->height;
     }
-    bm->blocks = bm->columns + COLUMNS_MAX * (params->disparities + 1u);
-    bytes = (uint8_t *)(bm->blocks + STRIP_MAX * params->disparities) + PAD_LEFT;
+    bytes = (uint8_t *)halves + PAD_LEFT;
     bm->gradient[0] = bytes;
     bm->gradient[1] = bytes + bm->plane_stride * bm->height;
     bm->blank = bytes + 2u * bm->plane_stride * bm->height;
