@@ -7,6 +7,8 @@
 #include "link/slots.h"
 #include "vision/camera.h"
 #include "vision/dense.h"
+#include "vision/dense_bm.h"
+#include "vision/dense_filter.h"
 #include "vision/depth.h"
 #include "vision/robot_eye.h"
 

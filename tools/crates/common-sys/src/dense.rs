@@ -69,6 +69,22 @@ pub struct Params {
     pub reference: Reference,
 }
 
+/// Block matching equal to OpenCV's `cv::StereoBM`, on grey, for the left eye. The fields are
+/// described in `common/vision/dense_bm.h`.
+pub use ffi::bm_params_t as BmParams;
+
+/// The parameters that OpenCV starts with.
+pub fn bm_defaults(block: u8, disparities: u16) -> BmParams {
+    // SAFETY: a pure function of its arguments.
+    unsafe { ffi::bm_defaults(block, disparities) }
+}
+
+/// Blocks of [`block_match`]: odd numbers in this range.
+pub const BM_BLOCKS: core::ops::RangeInclusive<u8> =
+    ffi::BM_MIN_BLOCK as u8..=ffi::BM_MAX_BLOCK as u8;
+/// Disparities of [`block_match`] are a multiple of this.
+pub const BM_DISPARITY_STEP: u16 = ffi::BM_DISPARITY_STEP as u16;
+
 /// The largest block.
 pub const MAX_BLOCK: u8 = ffi::MATCH_MAX_BLOCK as u8;
 /// The largest number of disparities.
@@ -96,7 +112,7 @@ pub enum Error {
     #[error("a parameter or the size of the pictures is out of range")]
     OutOfRange,
     /// No block fits into the picture.
-    #[error("the pictures are smaller than a block; take larger ones or a smaller block")]
+    #[error("no block fits into the pictures; take larger ones or a smaller block")]
     TooSmall,
 }
 
@@ -213,6 +229,35 @@ pub fn map(pair: &Pair, params: &Params) -> Result<Map, Error> {
             words,
             map.disparity_q4.as_mut_ptr(),
             pair.width as u16,
+        )
+    })?;
+    Ok(map)
+}
+
+/// The dense map of block matching, in 1/16 px. The pictures must be larger than a block.
+pub fn block_match(pair: &Pair, params: &BmParams) -> Result<Map, Error> {
+    let size = check(pair)?;
+    let (width, height) = (pair.width as u16, pair.height as u16);
+    // SAFETY: a pure function of its arguments.
+    let words = unsafe { ffi::bm_work_words(width, height, params) };
+    if words == 0 {
+        return Err(Error::OutOfRange);
+    }
+    let left = Planes::new(pair.left, size, Color::Grey);
+    let right = Planes::new(pair.right, size, Color::Grey);
+    let mut work = vec![0u32; words as usize];
+    let mut map = Map::empty(pair);
+    // SAFETY: the planes have the size that `eye` says, `work` the words, and the map a disparity
+    // for each pixel.
+    result(unsafe {
+        ffi::bm_map(
+            &left.eye(pair),
+            &right.eye(pair),
+            params,
+            work.as_mut_ptr(),
+            words,
+            map.disparity_q4.as_mut_ptr(),
+            width,
         )
     })?;
     Ok(map)

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use clap::ValueEnum;
-use common_sys::dense::{self, Color, Map, Method, Params, Reference};
+use common_sys::dense::{self, BmParams, Color, Map, Method, Params, Reference};
 use image::{Rgb, RgbImage};
 use serde::Serialize;
 
@@ -31,10 +31,11 @@ pub struct Args {
     /// How blocks are compared
     #[arg(long, value_enum, default_value = "sad")]
     method: MethodArg,
-    /// Width and height of a block in pixels, 1..32; 8 covers -4..+3 around its pixel [default: 8]
+    /// Width and height of a block in pixels, 1..32; 8 covers -4..+3 around its pixel. With bm odd,
+    /// 5..21 [default: 8, with bm 9]
     #[arg(long, value_name = "N")]
     block: Option<u8>,
-    /// Disparities 0..N-1 are searched, 1..256
+    /// Disparities 0..N-1 are searched, 1..256; with bm a multiple of 16
     #[arg(long, value_name = "N", default_value_t = 80)]
     disparities: u16,
     /// What of a pixel is compared; of colours the differences of all three parts are added
@@ -62,6 +63,9 @@ enum MethodArg {
     Ssd,
     /// Normalised cross correlation
     Ncc,
+    /// Equal to OpenCV's StereoBM bit for bit: pre-filter, SAD, texture and uniqueness checks,
+    /// sub-pixel
+    Bm,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -92,18 +96,18 @@ struct Summary {
 
 /// Run the verb.
 pub fn run(args: &Args) -> Result<()> {
-    let params = args.params()?;
+    let matching = args.matching()?;
     let mut pair = Pair::load(&args.pair)?;
     if let Some((width, height)) = args.size {
         pair = pair.resized(width, height);
     }
-    let map = compute(&pair, &params)?;
+    let map = matching.compute(&pair)?;
 
-    write_picture(&args.output, picture(&map, params.disparities, args.paper))?;
+    write_picture(&args.output, picture(&map, args.disparities, args.paper))?;
     if let Some(raw) = &args.raw {
         write_file(raw, &pfm(&map)?)?;
     }
-    let summary = Summary::new(args, &params, &map);
+    let summary = Summary::new(args, matching.block(), &map);
     if args.json {
         println!("{}", serde_json::to_string(&summary)?);
     } else {
@@ -119,13 +123,15 @@ fn parse_size(text: &str) -> Result<(u32, u32), String> {
         .ok_or_else(|| format!("a size is WIDTHxHEIGHT, each 1..{MAX_SIDE}, such as 320x240"))
 }
 
+/// What is to be computed, with everything in range.
+enum Matching {
+    Paper(Params),
+    Bm(BmParams),
+}
+
 impl Args {
-    /// The parameters, or what is wrong with them.
-    fn params(&self) -> Result<Params> {
-        let block = self.block.unwrap_or(8);
-        if !(1..=dense::MAX_BLOCK).contains(&block) {
-            bail!(Usage(format!("--block {block}: must be 1..{}", dense::MAX_BLOCK)));
-        }
+    /// What is asked for, or what is wrong with it.
+    fn matching(&self) -> Result<Matching> {
         if !(1..=dense::MAX_DISPARITIES).contains(&self.disparities) {
             bail!(Usage(format!(
                 "--disparities {}: must be 1..{}",
@@ -133,40 +139,84 @@ impl Args {
                 dense::MAX_DISPARITIES
             )));
         }
-        Ok(Params {
-            method: match self.method {
-                MethodArg::Sad => Method::Sad,
-                MethodArg::Ssd => Method::Ssd,
-                MethodArg::Ncc => Method::Ncc,
-            },
-            color: match self.color {
-                ColorArg::Gray => Color::Grey,
-                ColorArg::Hsv => Color::Hsv,
-                ColorArg::Rgb => Color::Rgb,
-            },
+        let method = match self.method {
+            MethodArg::Bm => return self.bm().map(Matching::Bm),
+            MethodArg::Sad => Method::Sad,
+            MethodArg::Ssd => Method::Ssd,
+            MethodArg::Ncc => Method::Ncc,
+        };
+        let color = match self.color {
+            ColorArg::Gray => Color::Grey,
+            ColorArg::Hsv => Color::Hsv,
+            ColorArg::Rgb => Color::Rgb,
+        };
+        let block = self.block.unwrap_or(8);
+        if !(1..=dense::MAX_BLOCK).contains(&block) {
+            bail!(Usage(format!("--block {block}: must be 1..{}", dense::MAX_BLOCK)));
+        }
+        let disparities = self.disparities;
+        Ok(Matching::Paper(Params {
+            method,
+            color,
             block,
-            disparities: self.disparities,
+            disparities,
             reference: Reference::Left,
-        })
+        }))
+    }
+
+    fn bm(&self) -> Result<BmParams> {
+        let block = self.block.unwrap_or(9);
+        if !dense::BM_BLOCKS.contains(&block) || block % 2 == 0 {
+            bail!(Usage(format!(
+                "--block {block}: with --method bm it must be odd, {}..{}",
+                dense::BM_BLOCKS.start(),
+                dense::BM_BLOCKS.end()
+            )));
+        }
+        if self.disparities % dense::BM_DISPARITY_STEP != 0 {
+            bail!(Usage(format!(
+                "--disparities {}: with --method bm it must be a multiple of {}",
+                self.disparities,
+                dense::BM_DISPARITY_STEP
+            )));
+        }
+        if self.color != ColorArg::Gray {
+            bail!(Usage("--method bm compares brightness only; leave --color away".to_owned()));
+        }
+        Ok(dense::bm_defaults(block, self.disparities))
     }
 }
 
-fn compute(pair: &Pair, params: &Params) -> Result<Map> {
-    let (width, height) = pair.left.dimensions();
-    let block = u32::from(params.block);
-    if width < block || height < block {
-        bail!(
-            "the pictures have {width}x{height} pixels, less than one block of {block}x{block}; \
-             take larger ones or a smaller --block"
-        );
+impl Matching {
+    fn block(&self) -> u8 {
+        match self {
+            Self::Paper(params) => params.block,
+            Self::Bm(params) => params.block,
+        }
     }
-    let pair = dense::Pair {
-        left: pair.left.as_raw(),
-        right: pair.right.as_raw(),
-        width: width as usize,
-        height: height as usize,
-    };
-    Ok(dense::map(&pair, params)?)
+
+    fn compute(&self, pair: &Pair) -> Result<Map> {
+        let (width, height) = pair.left.dimensions();
+        let block = u32::from(self.block());
+        // OpenCV wants more than one block.
+        let least = if matches!(self, Self::Bm(_)) { block + 1 } else { block };
+        if width < least || height < least {
+            bail!(
+                "the pictures have {width}x{height} pixels, blocks of {block}x{block} need \
+                 {least}x{least}; take larger pictures or a smaller --block"
+            );
+        }
+        let pair = dense::Pair {
+            left: pair.left.as_raw(),
+            right: pair.right.as_raw(),
+            width: width as usize,
+            height: height as usize,
+        };
+        Ok(match self {
+            Self::Paper(params) => dense::map(&pair, params)?,
+            Self::Bm(params) => dense::block_match(&pair, params)?,
+        })
+    }
 }
 
 /// The map as a picture. The scale is that of the search range, so that maps can be compared.
@@ -201,7 +251,7 @@ fn pfm(map: &Map) -> Result<Vec<u8>> {
 }
 
 impl Summary {
-    fn new(args: &Args, params: &Params, map: &Map) -> Self {
+    fn new(args: &Args, block: u8, map: &Map) -> Self {
         let name = |value: Option<clap::builder::PossibleValue>| {
             value.map_or_else(String::new, |value| value.get_name().to_owned())
         };
@@ -212,8 +262,8 @@ impl Summary {
             height: map.height,
             method: name(args.method.to_possible_value()),
             color: name(args.color.to_possible_value()),
-            block: params.block,
-            disparities: params.disparities,
+            block,
+            disparities: args.disparities,
             density: found.len() as f64 / map.disparity_q4.len() as f64,
             disparity_min: found.first().copied(),
             disparity_median: found.get(found.len() / 2).copied(),
