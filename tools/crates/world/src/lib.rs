@@ -9,6 +9,7 @@ mod font;
 pub mod physics;
 pub mod picture;
 pub mod pitch;
+pub mod proximity;
 pub mod referee;
 pub mod render;
 mod shade;
@@ -75,6 +76,7 @@ struct Moment {
 }
 
 /// A pitch with two robots and a ball.
+#[derive(Clone)]
 pub struct World {
     setup: Setup,
     kick_off: referee::KickOff,
@@ -148,6 +150,16 @@ impl World {
     /// Where the ball is.
     pub fn ball_mm(&self) -> [f64; 2] {
         self.physics.ball_mm()
+    }
+
+    /// What the proximity sensors of a robot are from, mm; see [`proximity`].
+    pub fn proximity_mm(&self, robot: usize) -> [f64; proximity::SENSORS] {
+        let other = self.physics.robot(1 - robot);
+        let others = [
+            ([other.x_mm, other.y_mm], pitch::ROBOT_RADIUS_MM),
+            (self.physics.ball_mm(), pitch::BALL_RADIUS_MM),
+        ];
+        proximity::distances_mm(self.physics.robot(robot), &others)
     }
 
     /// Where everything has been.

@@ -40,3 +40,24 @@ pub const ROBOT_MASS_KG: f64 = 0.2;
 pub const ROBOT_STRIPES: u32 = 16;
 /// Between the wheels (K-Team).
 pub const WHEEL_BASE_MM: f64 = 53.0;
+
+/// The walls' inner faces, goal pockets included, as pieces of one closed line.
+pub fn outline_mm() -> [[[f64; 2]; 2]; 16] {
+    let quarter = [
+        [HALF_LENGTH_MM + GOAL_DEPTH_MM, GOAL_HALF_WIDTH_MM],
+        [HALF_LENGTH_MM, GOAL_HALF_WIDTH_MM],
+        [HALF_LENGTH_MM, HALF_WIDTH_MM - CORNER_CUT_MM],
+        [HALF_LENGTH_MM - CORNER_CUT_MM, HALF_WIDTH_MM],
+    ];
+    let corner = |index: usize| {
+        let [x, y] =
+            if (index / 4).is_multiple_of(2) { quarter[index % 4] } else { quarter[3 - index % 4] };
+        match index / 4 {
+            0 => [x, y],
+            1 => [-x, y],
+            2 => [-x, -y],
+            _ => [x, -y],
+        }
+    };
+    core::array::from_fn(|index| [corner(index), corner((index + 1) % 16)])
+}

@@ -156,7 +156,7 @@ pub fn shadow([x, y]: [f32; 2], centre: [f32; 2], radius: f32, dark: f32) -> f32
 
 /// Grey walls, each lit a little differently. `hit` in mm, `pixel_mm` what a pixel covers there.
 pub fn wall(wall: usize, hit: [f32; 3], pixel_mm: f32) -> Rgb {
-    const LIGHT: [f32; 8] = [1.0, 0.97, 0.88, 0.84, 0.93, 0.91, 0.90, 0.88];
+    const LIGHT: [f32; 8] = [1.0, 0.98, 1.12, 0.96, 1.05, 1.03, 0.97, 0.95];
     const GRAIN_MM: f32 = 3.0;
     let height = 0.94 + 0.06 * hit[2] / p::WALL_HEIGHT_MM as f32;
     let [x, y, z] = hit.map(|v| cell(v, GRAIN_MM));
