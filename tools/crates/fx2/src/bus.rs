@@ -3,7 +3,7 @@
 //! a time.
 
 use crate::frames::Frames;
-use crate::host::Link;
+use crate::host::{CONTROL_GAP, Link};
 use crate::{InReply, OutReply, PACKET_MAX, Speed};
 use sim::{MS, Ps, US};
 use std::collections::VecDeque;
@@ -152,6 +152,16 @@ impl Bus {
         self.pipes.iter().any(|pipe| !pipe.queue.is_empty())
     }
 
+    /// Bytes that wait to be written, or have been read by transfers that are not over.
+    #[must_use]
+    pub fn backlog(&self) -> usize {
+        let bytes = |transfer: &Transfer| match &transfer.job {
+            Job::Out { data, .. } | Job::ControlOut(_, data) => data.len(),
+            Job::In { .. } | Job::ControlIn(_) => transfer.data.len(),
+        };
+        self.pipes.iter().flat_map(|pipe| &pipe.queue).map(bytes).sum()
+    }
+
     /// Resets the device: all transfers end as cancelled, toggles start afresh.
     pub fn reset(&mut self, link: &mut impl Link) -> Vec<Completion> {
         let cancelled = self.cancel_all();
@@ -260,6 +270,9 @@ impl Bus {
             Step::Moved => return None,
             Step::End(status) => status,
         };
+        if number == 0 {
+            pipe.rest_until = end + CONTROL_GAP;
+        }
         pipe.queue.pop_front().map(|transfer| transfer.complete(status))
     }
 }

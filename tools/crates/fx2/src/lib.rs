@@ -108,13 +108,15 @@ pub struct Fx2 {
     cpu: Cpu,
     chip: Chip,
     boot: Option<Boot>,
+    /// Machine cycles executed.
+    cycles: u64,
 }
 
 impl Fx2 {
     /// A chip at power-on, time 0: it looks for its EEPROM first.
     #[must_use]
     pub fn new(config: Config) -> Self {
-        Self { cpu: Cpu::new(), chip: Chip::new(&config), boot: Some(Boot::new()) }
+        Self { cpu: Cpu::new(), chip: Chip::new(&config), boot: Some(Boot::new()), cycles: 0 }
     }
 
     /// Loads a program as vendor request 0xA0 does, without the time that takes, and starts it. The
@@ -175,6 +177,7 @@ impl Fx2 {
         }
         self.chip.pc = self.cpu.pc();
         let cycles = self.cpu.step(&mut View { chip: &mut self.chip, board });
+        self.cycles += u64::from(cycles);
         self.chip.tick += u64::from(cycles) * self.chip.cycle;
         if self.chip.gpif.busy() {
             self.chip.gpif_run(tick_to_ps(self.chip.tick), board);
@@ -226,6 +229,12 @@ impl Fx2 {
     #[must_use]
     pub fn cpu(&self) -> &Cpu {
         &self.cpu
+    }
+
+    /// Machine cycles that the CPU has executed since power-on; none while it idles or is held.
+    #[must_use]
+    pub fn cycles(&self) -> u64 {
+        self.cycles
     }
 
     /// On-chip RAM at `address` without side effects; 0xFF where there is none.
