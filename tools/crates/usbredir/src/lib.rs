@@ -19,6 +19,7 @@ use fx2::host::Link;
 use sim::{MS, Ps, US};
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Simulated time between two looks at the socket, with and without transfers under way.
@@ -28,6 +29,11 @@ const IDLE_SLICE: Ps = MS;
 const LAG_MAX: Ps = 100 * MS;
 /// A peer that does not take its answers is dropped when so many bytes wait.
 const OUTGOING_MAX: usize = 64 << 20;
+/// Bytes taken from a peer between two slices, and bytes of its transfers that may wait for the device.
+const READ_MAX: usize = 1 << 20;
+const BACKLOG_MAX: usize = 64 << 20;
+/// Real time within which a peer must have said hello.
+const HELLO_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// What happens while serving.
 #[derive(Debug)]
@@ -42,17 +48,19 @@ pub enum Notice {
 
 /// How to serve.
 #[derive(Clone, Copy, Debug)]
-pub struct Options {
-    /// Ends after so much simulated time; `None` = when the process ends.
+pub struct Options<'a> {
+    /// Ends after so much simulated time; `None` = never.
     pub duration: Option<Ps>,
     /// The bus grants high speed.
     pub high_speed: bool,
+    /// Ends soon after this has turned true.
+    pub stop: Option<&'a AtomicBool>,
 }
 
-impl Default for Options {
+impl Default for Options<'_> {
     /// High speed, without end.
     fn default() -> Self {
-        Self { duration: None, high_speed: true }
+        Self { duration: None, high_speed: true, stop: None }
     }
 }
 
@@ -64,14 +72,15 @@ impl Default for Options {
 pub fn serve(
     listener: &TcpListener,
     link: &mut impl Link,
-    options: Options,
+    options: Options<'_>,
     mut notice: impl FnMut(Notice),
 ) -> io::Result<()> {
     listener.set_nonblocking(true)?;
     let end = options.duration.map_or(Ps::MAX, |time| link.fx2().now().saturating_add(time));
     let mut pace = Pace::new(link.fx2().now());
     let mut peer: Option<Peer> = None;
-    while link.fx2().now() < end {
+    let stopped = || options.stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
+    while link.fx2().now() < end && !stopped() {
         if peer.is_none() {
             peer = Peer::accept(listener, options.high_speed, &mut notice)?;
         }
@@ -86,7 +95,7 @@ pub fn serve(
                     notice(Notice::Device(event));
                 }
                 if let Err(reason) = outcome {
-                    active.session.close();
+                    active.session.close(link);
                     notice(Notice::PeerGone(reason));
                     peer = None;
                 }
@@ -101,6 +110,7 @@ pub fn serve(
 struct Peer {
     stream: TcpStream,
     session: Session,
+    since: Instant,
 }
 
 impl Peer {
@@ -114,7 +124,8 @@ impl Peer {
                 stream.set_nonblocking(true)?;
                 stream.set_nodelay(true)?;
                 notice(Notice::PeerConnected(address));
-                Ok(Some(Self { stream, session: Session::new(high_speed) }))
+                let session = Session::new(high_speed);
+                Ok(Some(Self { stream, session, since: Instant::now() }))
             }
             // A client that is gone again before it is accepted is no reason to stop.
             Err(error) if error.kind() == ErrorKind::WouldBlock => Ok(None),
@@ -131,15 +142,26 @@ impl Peer {
         if self.session.outgoing().len() > OUTGOING_MAX {
             return Err(Some("the peer does not take its answers".into()));
         }
+        if !self.session.is_greeted() && self.since.elapsed() > HELLO_TIMEOUT {
+            return Err(Some("the peer did not say hello; is it a usbredir client?".into()));
+        }
         Ok(())
     }
 
+    /// Takes what is there, within limits: the rest waits in the system's buffers.
     fn read(&mut self) -> io::Result<()> {
         let mut buffer = [0; 65536];
+        let mut taken = 0;
         loop {
+            if taken >= READ_MAX || self.session.backlog() > BACKLOG_MAX {
+                return Ok(());
+            }
             match self.stream.read(&mut buffer) {
                 Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
-                Ok(count) => self.session.receive(&buffer[..count]),
+                Ok(count) => {
+                    self.session.receive(&buffer[..count]);
+                    taken += count;
+                }
                 Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(()),
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) => return Err(error),

@@ -126,6 +126,18 @@ impl Session {
         &mut self.writer.bytes
     }
 
+    /// Whether the peer has said hello.
+    #[must_use]
+    pub fn is_greeted(&self) -> bool {
+        self.reader.greeted()
+    }
+
+    /// Bytes of the peer that wait for the device.
+    #[must_use]
+    pub fn backlog(&self) -> usize {
+        self.bus.backlog()
+    }
+
     /// Whether transfers wait for the device.
     #[must_use]
     pub fn is_busy(&self) -> bool {
@@ -157,9 +169,10 @@ impl Session {
         Ok(())
     }
 
-    /// The session ends: nothing stays on the bus.
-    pub fn close(&mut self) {
+    /// The session ends: nothing stays on the bus, and the device sees its host go.
+    pub fn close(&mut self, link: &mut impl Link) {
         self.bus.cancel_all();
+        link.fx2().usb_unplugged();
     }
 
     fn handle(&mut self, link: &mut impl Link, id: u64, request: Request) {
