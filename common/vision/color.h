@@ -41,7 +41,7 @@ int16_t color_yellowness(uint16_t rgb565);
  *   5 G > 3 R                           not orange or skin: the hue is above 36 degrees at B = 0
  * In HSV: saturation above 1/3 at equal red and green, rising with darkness because of the margin;
  * the hue limits move by up to 20 degrees with the saturation, which an HSV box would not do. */
-#define COLOR_YELLOW_MARGIN 20
+#define COLOR_YELLOW_MARGIN 26
 void color_yellow_mask(const uint16_t *rgb565, uint16_t width, uint8_t *mask);
 
 /* 1 if sums over `pixels` (1..16) pixels are green as the pitch: green exceeds red by a quarter of

@@ -19,6 +19,9 @@
 #define MIN_WIDTH_MM      (GOAL_WIDTH_MM * 3 / 4)
 #define MAX_WIDTH_MM      (GOAL_WIDTH_MM * 5 / 4)
 
+/* Black beside a single edge. */
+#define MIN_BLACK_MM (2 * OPPONENT_RADIUS_MM + 15)
+
 enum { LEFT_EDGE = 0, RIGHT_EDGE = 1, EDGE_COUNT = 2 };
 
 typedef struct {
@@ -27,9 +30,26 @@ typedef struct {
     int certainty;           /* 0..15 */
 } goal_edge_t;
 
-static int black_below(int wall_level)
+static int black_below(int wall)
 {
-    return wall_level * BLACK_NUMERATOR / BLACK_DENOMINATOR;
+    return wall * BLACK_NUMERATOR / BLACK_DENOMINATOR;
+}
+
+/* Level of the wall beside an edge of this side, and of the black. */
+static int wall_level(const band_edge_t *edge, int side)
+{
+    return side == LEFT_EDGE ? edge->before : edge->after;
+}
+
+static int black_level(const band_edge_t *edge, int side)
+{
+    return side == LEFT_EDGE ? edge->after : edge->before;
+}
+
+/* What is darker than this belongs to the same black. */
+static int black_limit(const band_edge_t *edge, int side)
+{
+    return (3 * black_level(edge, side) + wall_level(edge, side)) / 4;
 }
 
 /* Number of columns from x on, going by step, that are dark (1) or bright (0) against `limit`. */
@@ -42,14 +62,13 @@ static int run_length(const int16_t *profile, int x, int step, int limit, int da
     return length;
 }
 
-/* Columns of wall outside the edge: bright, and without a further step, up to MIN_WALL_PX. */
+/* Columns of wall from x on, going by step: as bright as `level`, without a further step. */
 static int wall_length(const int16_t *profile, int x, int step, int level)
 {
     int length = 0;
 
-    for (; length < MIN_WALL_PX; x += step, length++)
-        if (x < 0 || x >= CAMERA_WIDTH_PX || 4 * profile[x] < 3 * level ||
-            4 * profile[x] > 5 * level)
+    for (; x >= 0 && x < CAMERA_WIDTH_PX; x += step, length++)
+        if (4 * profile[x] < 3 * level || 4 * profile[x] > 5 * level)
             break;
     return length;
 }
@@ -59,15 +78,16 @@ static int is_goal_edge(const band_t *band, const band_edge_t *edge, int side,
 {
     const int16_t *profile = band->profile[EYE_RIGHT];
     int inwards = side == LEFT_EDGE ? 1 : -1;
-    int wall = side == LEFT_EDGE ? edge->before : edge->after;
-    int black = side == LEFT_EDGE ? edge->after : edge->before;
+    int wall = wall_level(edge, side);
     int x = (edge->x_q4 + 8) / 16;
 
-    if (band_edge_rises(edge) != (side == RIGHT_EDGE) || black > black_below(wall))
+    if (band_edge_rises(edge) != (side == RIGHT_EDGE) ||
+        black_level(edge, side) > black_below(wall))
         return 0;
     if (opponent->seen && edge->x_q4 > opponent->first_q4 && edge->x_q4 < opponent->last_q4)
         return 0;
-    if (run_length(profile, x + 2 * inwards, inwards, wall / 2, 1) < MIN_BLACK_PX - 2)
+    if (run_length(profile, x + 2 * inwards, inwards, black_limit(edge, side), 1) <
+        MIN_BLACK_PX - 2)
         return 0;
     return wall_length(profile, x - 2 * inwards, -inwards, wall) >= MIN_WALL_PX;
 }
@@ -82,7 +102,7 @@ static int black_run(const band_t *band, const band_edge_t *edge, int side,
                      const opponent_extent_t *opponent)
 {
     int step = side == LEFT_EDGE ? 1 : -1;
-    int limit = (side == LEFT_EDGE ? edge->before : edge->after) / 2;
+    int limit = black_limit(edge, side);
     int x = (edge->x_q4 + 8) / 16 + 2 * step;
     int length = 2;
 
@@ -185,6 +205,20 @@ static void match_edge(const band_t *band, uint8_t search_max, goal_edge_t *goal
     goal->certainty = (int)(15u * (second - match.cost) / (match.cost + 64));
 }
 
+/* Whether what is beside the edge at this disparity may be a white stripe of the opponent, too
+ * little of whom is seen to know him: it ends, other than at the border, within a stripe's width.
+ */
+static int is_stripe_beside(const band_t *band, const goal_edge_t *goal, int side)
+{
+    int outwards = side == LEFT_EDGE ? -1 : 1;
+    int x = (goal->edge->x_q4 + 8) / 16 + 2 * outwards;
+    int length = wall_length(band->profile[EYE_RIGHT], x, outwards, wall_level(goal->edge, side));
+    int end = x + outwards * length;
+
+    return end > 1 && end < CAMERA_WIDTH_PX - 2 &&
+           16 * length * (CAMERA_BASELINE_UM / 100) < goal->d_q4 * STRIPE_MAX_MM * 10;
+}
+
 /* Distance between the points seen at both edges, mm. */
 static int width_between_mm(const goal_edge_t goal[EDGE_COUNT])
 {
@@ -221,6 +255,22 @@ static void drop_impossible(goal_edge_t goal[EDGE_COUNT])
         goal[goal[LEFT_EDGE].d_q4 > goal[RIGHT_EDGE].d_q4 ? LEFT_EDGE : RIGHT_EDGE].d_q4 = 0;
 }
 
+/* An edge alone, the other one out of the picture or hidden, needs more black beside it than a
+ * robot is wide: else it may be his dark head. */
+static void drop_narrow(const band_t *band, const opponent_extent_t *opponent,
+                        goal_edge_t goal[EDGE_COUNT])
+{
+    int side;
+
+    for (side = LEFT_EDGE; side < EDGE_COUNT; side++) {
+        if (!goal[side].d_q4 || goal[1 - side].d_q4)
+            continue;
+        if (16 * black_run(band, goal[side].edge, side, opponent) * (CAMERA_BASELINE_UM / 100) <
+            goal[side].d_q4 * MIN_BLACK_MM * 10)
+            goal[side].d_q4 = 0;
+    }
+}
+
 void goal_find(const band_t *band, uint8_t search_max, const opponent_extent_t *opponent,
                report_t *report)
 {
@@ -232,9 +282,13 @@ void goal_find(const band_t *band, uint8_t search_max, const opponent_extent_t *
 
     choose_edges(band, opponent, goal);
     for (i = 0; i < EDGE_COUNT; i++)
-        if (goal[i].edge)
+        if (goal[i].edge) {
             match_edge(band, search_max, &goal[i]);
+            if (goal[i].d_q4 && is_stripe_beside(band, &goal[i], i))
+                goal[i].d_q4 = 0;
+        }
     drop_impossible(goal);
+    drop_narrow(band, opponent, goal);
     for (i = 0; i < EDGE_COUNT; i++) {
         if (!goal[i].d_q4)
             continue;

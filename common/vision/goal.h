@@ -8,7 +8,8 @@
  * the disparity is the difference of both edges, each placed between pixels. (The paper's parabola
  * through three sums would be pulled aside whenever one eye is brighter than the other.)
  *
- * Either edge may be hidden or out of the picture; two edges must be about 300 mm apart.
+ * Either edge may be hidden or out of the picture, but then at least 75 mm of black must be seen
+ * beside the other; two edges must be about 300 mm apart.
  *
  * What the hardware would hold: the band (vision/band.h), one accumulator. */
 #ifndef VISION_GOAL_H

@@ -3,16 +3,19 @@
 #include "vision/camera.h"
 
 /* Edges that make a strip: two whole stripes and both their ends. */
-#define MIN_EDGES     4
-/* The widest stripe at the near end of the largest search range, 14 mm at 127 px. */
-#define MAX_STRIPE_Q4 (36 * 16)
+#define MIN_EDGES      4
+/* Edges that tell that a body is there, though too little of it, or too near, to be matched. */
+#define MIN_EDGES_SEEN 3
+/* The widest stripe that is taken for one: 14 mm, 70 mm before the lens. What is too wide for the
+ * disparity found is left out later. */
+#define MAX_STRIPE_Q4  (64 * 16)
 /* Black is at most half of white. */
-#define BLACK_SHARE   2
+#define BLACK_SHARE    2
 /* Edges in both eyes count as one if they differ by this after the shift. */
-#define EDGE_REACH_Q4 28
-#define MAX_COST      INT32_MAX
+#define EDGE_REACH_Q4  28
+#define MAX_COST       INT32_MAX
 /* The largest search range that FPGA_REG_SEARCH_MAX takes. */
-#define MAX_SEARCH_PX 127
+#define MAX_SEARCH_PX  127
 
 typedef struct {
     int first; /* indices of edges in the right eye */
@@ -61,7 +64,7 @@ static int next_group(const band_t *band, int *from, group_t *group)
                is_stripe(band, EYE_RIGHT, &found->edges[i], &found->edges[i + 1]))
             i++;
         group->last = i;
-        if (group->last - group->first + 1 >= MIN_EDGES) {
+        if (group->last - group->first + 1 >= MIN_EDGES_SEEN) {
             *from = i + 1;
             return 1;
         }

@@ -99,10 +99,18 @@ static void join(blob_t *blob, uint8_t row, uint16_t first, uint16_t last)
         blob->bottom_row = row;
         blob->strips++;
     }
-    if (first < blob->first)
+    if (first < blob->outermost_first) {
+        blob->first = blob->outermost_first;
+        blob->outermost_first = first;
+    } else if (first < blob->first) {
         blob->first = first;
-    if (last > blob->last)
+    }
+    if (last > blob->outermost_last) {
+        blob->last = blob->outermost_last;
+        blob->outermost_last = last;
+    } else if (last > blob->last) {
         blob->last = last;
+    }
     if (width_px > blob->width_px)
         blob->width_px = width_px;
 }
@@ -122,8 +130,8 @@ static void take_strip(strips_t *strips, uint8_t row, uint16_t first, uint16_t l
     blob = place_for(strips, row, width_px);
     if (!blob)
         return;
-    blob->last_first = blob->first = first;
-    blob->last_last = blob->last = last;
+    blob->last_first = blob->first = blob->outermost_first = first;
+    blob->last_last = blob->last = blob->outermost_last = last;
     blob->width_px = width_px;
     blob->top_row = blob->bottom_row = row;
     blob->strips = 1;

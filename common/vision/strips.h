@@ -5,7 +5,7 @@
  * strips that touch from row to row are joined, and the few largest blobs are kept for the ball
  * detector to choose from.
  *
- * What the hardware would hold: STRIPS_BLOBS blobs an eye, 12 bytes each, and one row of mask. */
+ * What the hardware would hold: STRIPS_BLOBS blobs an eye, 18 bytes each, and one row of mask. */
 #ifndef VISION_STRIPS_H
 #define VISION_STRIPS_H
 
@@ -16,7 +16,9 @@
 typedef struct {
     uint16_t last_first; /* columns of its lowest strip so far */
     uint16_t last_last;
-    uint16_t first; /* leftmost and rightmost column of any strip */
+    uint16_t outermost_first; /* leftmost and rightmost column of any strip */
+    uint16_t outermost_last;
+    uint16_t first; /* the second leftmost and rightmost: one noisy row does not widen the blob */
     uint16_t last;
     uint16_t width_px; /* its widest strip */
     uint8_t top_row;   /* rows of its highest and lowest strip */

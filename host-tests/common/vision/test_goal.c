@@ -91,8 +91,8 @@ static void the_opponent_alone_is_no_goal(void)
 {
     scene_stripes(1600, 12 * 16, 7, 30, 150, 51 * 16);
     opponent.seen = 1;
-    opponent.first_q4 = 1600;
-    opponent.last_q4 = 1600 + 7 * 12 * 16;
+    opponent.first_q4 = 1600 - 48;
+    opponent.last_q4 = 1600 + 7 * 12 * 16 + 48;
     look();
     TEST_ASSERT_EQUAL_HEX16(0, report.flags);
 }
@@ -103,8 +103,8 @@ static void an_edge_behind_the_opponent_is_not_reported(void)
 
     scene_stripes(700, 7 * 16, 6, 30, 150, 30 * 16);
     opponent.seen = 1;
-    opponent.first_q4 = 700;
-    opponent.last_q4 = 700 + 6 * 7 * 16;
+    opponent.first_q4 = 700 - 48;
+    opponent.last_q4 = 700 + 6 * 7 * 16 + 48;
     look();
     TEST_ASSERT_EQUAL_HEX16(REPORT_GOAL_RIGHT_EDGE, report.flags);
     TEST_ASSERT_INT32_WITHIN(4, x1_q4, report.goal_x_q4[1]);
@@ -117,8 +117,8 @@ static void the_opponent_inside_the_goal_hides_no_edge(void)
 
     scene_stripes(1500, 5 * 16, 6, 30, 150, 26 * 16);
     opponent.seen = 1;
-    opponent.first_q4 = 1500;
-    opponent.last_q4 = 1500 + 6 * 5 * 16;
+    opponent.first_q4 = 1500 - 48;
+    opponent.last_q4 = 1500 + 6 * 5 * 16 + 48;
     look();
     TEST_ASSERT_EQUAL_HEX16(BOTH_EDGES, report.flags);
     TEST_ASSERT_INT32_WITHIN(4, 600, report.goal_x_q4[0]);
