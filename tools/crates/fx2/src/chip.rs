@@ -660,6 +660,8 @@ impl Chip {
                 self.gpif.single_out = self.gpif.single_out & 0xFF | u16::from(value) << 8;
             }
             xdata::XGPIFSGLDATLX => self.single_write(value, address),
+            // Read-only, but firmware clears it along with its neighbours.
+            xdata::GPIFREADYSTAT => {}
             _ if Self::is_plain(address) => {}
             _ => self.not_modelled(address, "this register"),
         }

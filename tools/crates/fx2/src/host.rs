@@ -15,6 +15,8 @@ const RECOVERY_TIME: Ps = 10 * MS;
 /// A device must have been attached this long before its reset (USB 2.0, 7.1.7.3).
 const DEBOUNCE_TIME: Ps = 100 * MS;
 const ATTACH_POLL_TIME: Ps = 100 * US;
+/// Between two control transfers.
+pub(crate) const CONTROL_GAP: Ps = 125 * US;
 /// A transaction that got NAK carries no data.
 const NAK_BYTES: usize = 0;
 
@@ -247,8 +249,7 @@ impl Host {
         request: Request,
         length: u16,
     ) -> Result<Vec<u8>, HostError> {
-        link.fx2().usb_setup(request.packet(length));
-        self.packet_time(link, 8);
+        self.setup(link, request.packet(length));
         let mut out = Vec::new();
         let mut toggle = true;
         while out.len() < usize::from(length) {
@@ -277,8 +278,7 @@ impl Host {
         data: &[u8],
     ) -> Result<(), HostError> {
         let length = u16::try_from(data.len()).map_err(|_| HostError::TooLong(data.len()))?;
-        link.fx2().usb_setup(request.packet(length));
-        self.packet_time(link, 8);
+        self.setup(link, request.packet(length));
         let mut toggle = true;
         for packet in data.chunks(64) {
             self.out_packet(link, 0, toggle, packet)?;
@@ -286,6 +286,14 @@ impl Host {
         }
         let status = self.in_packet(link, 0, true)?;
         if status.is_empty() { Ok(()) } else { Err(HostError::Protocol(0x80)) }
+    }
+
+    /// The SETUP packet of a transfer. Software on a real host leaves at least a microframe between
+    /// two, and firmware counts on that.
+    fn setup(&mut self, link: &mut impl Link, packet: [u8; 8]) {
+        self.pass(link, CONTROL_GAP);
+        link.fx2().usb_setup(packet);
+        self.packet_time(link, packet.len());
     }
 
     /// One packet from bulk or interrupt endpoint `number`.

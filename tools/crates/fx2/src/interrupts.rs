@@ -130,9 +130,8 @@ impl Interrupts {
 
     /// An IN token was answered with NAK: `bit` 0 = EP0, 1 = EP1, 2.. = EP2, 4, 6, 8.
     pub(crate) fn raise_ibn(&mut self, bit: u8) {
-        let was = self.ibn_irq & self.ibn_ie;
         self.ibn_irq |= 1 << bit;
-        if self.ibn_irq & self.ibn_ie & !was != 0 {
+        if self.ibn_ie >> bit & 1 != 0 {
             self.raise_usb(usb::IBN);
         }
     }
@@ -203,6 +202,17 @@ mod tests {
         assert_eq!(i.exif & EXIF_INT4, EXIF_INT4);
         assert_eq!(i.autovector(0x55), Some(0xB0));
         assert_eq!(i.autovector(0x45), None);
+    }
+
+    #[test]
+    fn every_nak_of_an_enabled_endpoint_requests_again() {
+        let mut i = Interrupts::new();
+        i.set_usb_ie(usb::IBN);
+        i.raise_ibn(2);
+        assert_eq!((i.usb_irq, i.ibn_irq), (0, 1 << 2), "not enabled, but noted");
+        i.ibn_ie = 1 << 2;
+        i.raise_ibn(2);
+        assert_eq!((i.usb_irq, i.usb_vector()), (usb::IBN, 0x40));
     }
 
     #[test]
