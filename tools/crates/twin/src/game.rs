@@ -336,6 +336,7 @@ fn fpga_of(robot: &mut Robot) -> Fpga {
         c::CONFIG_NO_INIT => Some("INIT# did not rise after PROG#"),
         c::CONFIG_CRC_ERROR => Some("CRC error: the bitstream is damaged (INIT# fell)"),
         c::CONFIG_NO_DONE => Some("DONE stayed low after the last byte: not a whole bitstream"),
+        c::CONFIG_BUS_STUCK => Some("the transfer from flash to FPGA did not end in its time"),
         _ => Some("the firmware gave a result that this version does not know"),
     };
     let now = robot.now();

@@ -265,8 +265,7 @@ impl Fpga {
         }
     }
 
-    /// Writes to read-only and missing registers change nothing; values out of range are taken as
-    /// the nearest one in range.
+    /// Writes to read-only and missing registers, and of values out of range, change nothing.
     fn write_register(&mut self, address: u8, value: u16) {
         let range = match u32::from(address) {
             FPGA_REG_STREAM => 0..=1,
@@ -275,7 +274,9 @@ impl Fpga {
             FPGA_REG_FRAME_RATE => 1..=40,
             _ => return,
         };
-        self.registers[usize::from(address)] = value.clamp(*range.start(), *range.end());
+        if range.contains(&value) {
+            self.registers[usize::from(address)] = value;
+        }
     }
 
     fn eye_params(&self) -> EyeParams {
@@ -531,9 +532,11 @@ mod tests {
         spi(&mut fpga, now, &[0x80 | FPGA_REG_STREAM as u8, 0, 1]);
         assert!(fpga.streams(now));
         spi(&mut fpga, now, &[0x80 | FPGA_REG_FRAME_RATE as u8, 0x01, 0x00]);
-        assert_eq!(fpga.frame_rate(now), Some(40), "the nearest in range");
+        assert_eq!(fpga.frame_rate(now), Some(40), "256 is out of range");
+        spi(&mut fpga, now, &[0x80 | FPGA_REG_FRAME_RATE as u8, 0, 25]);
+        assert_eq!(fpga.frame_rate(now), Some(25));
         spi(&mut fpga, now, &[0x80 | FPGA_REG_FRAME_RATE as u8, 0]);
-        assert_eq!(fpga.frame_rate(now), Some(40), "a transfer cut short changes nothing");
+        assert_eq!(fpga.frame_rate(now), Some(25), "a transfer cut short changes nothing");
     }
 
     #[test]
