@@ -4,21 +4,22 @@ mod bitstream;
 mod detect;
 mod disparity;
 mod eyes;
+mod interrupt;
 mod output;
 mod play;
+mod twin;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, error::ErrorKind};
 
+use crate::interrupt::{EXIT_INTERRUPTED, Interrupted};
 use crate::output::Usage;
 
 /// The job could not be done: a file is missing or damaged, a device failed.
 const EXIT_FAILED: u8 = 1;
 /// The command was used wrongly: an unknown option, a value out of range.
 const EXIT_USAGE: u8 = 2;
-/// Ended by Ctrl-C, as shells count it.
-const EXIT_INTERRUPTED: i32 = 130;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -42,6 +43,8 @@ enum Verb {
     Disparity(disparity::Args),
     #[command(subcommand)]
     Bitstream(bitstream::Command),
+    #[command(subcommand)]
+    Twin(twin::Command),
 }
 
 fn main() -> ExitCode {
@@ -50,16 +53,18 @@ fn main() -> ExitCode {
         Err(error) => return usage_or_help(&error),
     };
     // Nothing is left half written: files are written beside their place and renamed.
-    let _ = ctrlc::set_handler(|| std::process::exit(EXIT_INTERRUPTED));
+    interrupt::install();
 
     let result = match cli.verb {
         Verb::Play(args) => play::run(&args),
         Verb::Detect(args) => detect::run(&args),
         Verb::Disparity(args) => disparity::run(&args),
         Verb::Bitstream(command) => bitstream::run(&command),
+        Verb::Twin(command) => twin::run(&command),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
+        Err(error) if error.is::<Interrupted>() => ExitCode::from(EXIT_INTERRUPTED),
         Err(error) => {
             eprintln!("sot: {error:#}");
             let wrong_use = error.downcast_ref::<Usage>().is_some();
