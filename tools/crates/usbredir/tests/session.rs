@@ -264,7 +264,7 @@ fn random_packets_do_no_harm() {
                 break;
             }
         }
-        rig.session.close();
+        rig.session.close(&mut Bench { fx2: &mut rig.fx2, board: &mut Unconnected });
         assert!(!rig.session.is_busy());
     }
 }
