@@ -67,8 +67,6 @@ impl Transaction {
 #[derive(Clone, Copy, Debug)]
 struct Run {
     transaction: Transaction,
-    /// Offset of its waveform.
-    waveform: usize,
     state: u8,
     /// Clocks left in a state that does not decide.
     left: u16,
@@ -96,10 +94,22 @@ impl Run {
     }
 }
 
+/// One state of the waveform in use.
+#[derive(Clone, Copy, Debug, Default)]
+struct State {
+    /// Length, or branches of a decision.
+    length: u8,
+    opcode: u8,
+    output: u8,
+    logic: u8,
+}
+
 /// The machine and its own registers.
 #[derive(Clone, Debug)]
 pub(crate) struct Gpif {
     pub(crate) waveforms: [u8; 128],
+    /// The states of the waveform that runs; [7] is IDLE, which does nothing.
+    states: [State; 8],
     pub(crate) address: u16,
     /// GPIFTCB.
     pub(crate) count: u32,
@@ -111,7 +121,15 @@ pub(crate) struct Gpif {
 
 impl Gpif {
     pub(crate) fn new() -> Self {
-        Self { waveforms: [0; 128], address: 0, count: 1, single_in: 0, single_out: 0, run: None }
+        Self {
+            waveforms: [0; 128],
+            states: [State::default(); 8],
+            address: 0,
+            count: 1,
+            single_in: 0,
+            single_out: 0,
+            run: None,
+        }
     }
 
     pub(crate) fn busy(&self) -> bool {
@@ -149,7 +167,7 @@ impl Chip {
         self.gpif.run = Some(self.new_run(transaction, clock));
     }
 
-    fn new_run(&self, transaction: Transaction, clock: IfClock) -> Run {
+    fn new_run(&mut self, transaction: Transaction, clock: IfClock) -> Run {
         let shift = match transaction {
             Transaction::SingleWrite => 6,
             Transaction::SingleRead => 4,
@@ -157,17 +175,19 @@ impl Chip {
             Transaction::FifoRead(_) => 0,
         };
         let waveform = 32 * usize::from(self.reg(xdata::GPIFWFSELECT) >> shift & 3);
+        for (n, state) in self.gpif.states[..7].iter_mut().enumerate() {
+            let at = |group: usize| self.gpif.waveforms[waveform + 8 * group + n];
+            *state = State { length: at(0), opcode: at(1), output: at(2), logic: at(3) };
+        }
         let tc_is_ready5 = self.reg(xdata::GPIFREADYCFG) & TCXRDY5 != 0;
         let is_pin = |term: u8| term < 5 || term == 5 && !tc_is_ready5;
-        let looks = (0..7).any(|state| {
-            let logic = self.gpif.waveforms[waveform + 24 + state];
-            let decides = self.gpif.waveforms[waveform + 8 + state] & DP != 0;
-            decides && (is_pin(logic & 7) || is_pin(logic >> 3 & 7))
+        let looks = self.gpif.states.iter().any(|state| {
+            let pins = is_pin(state.logic & 7) || is_pin(state.logic >> 3 & 7);
+            state.opcode & DP != 0 && pins
         });
         let edge = clock.edge_at_or_after(tick_to_ps(self.tick)) + LAUNCH_EDGES;
         Run {
             transaction,
-            waveform,
             state: IDLE,
             left: 0,
             fresh: true,
@@ -191,6 +211,9 @@ impl Chip {
     /// Runs all edges up to and including `limit`. Returns early, with the time of the edge, when an
     /// interrupt was requested.
     pub(crate) fn gpif_run(&mut self, limit: Ps, board: &mut dyn Board) -> Option<Ps> {
+        if self.gpif.run.as_ref()?.at > limit {
+            return None;
+        }
         let mut run = self.gpif.run?;
         let clock = self.ifclock();
         while run.at <= limit {
@@ -225,9 +248,8 @@ impl Chip {
             run.moved = false;
             next = 0;
         } else {
-            let at = run.waveform + usize::from(run.state);
-            let opcode = self.gpif.waveforms[at + 8];
-            let branch = self.gpif.waveforms[at];
+            let State { length: branch, opcode, logic, .. } =
+                self.gpif.states[usize::from(run.state & 7)];
             if opcode & DP == 0 {
                 run.left -= 1;
                 if run.left == 0 {
@@ -238,11 +260,7 @@ impl Chip {
                 if run.fresh || branch & REEXECUTE != 0 {
                     self.gpif_act(run, opcode, board);
                 }
-                next = if self.gpif_decide(run, self.gpif.waveforms[at + 24]) {
-                    branch >> 3 & 7
-                } else {
-                    branch & 7
-                };
+                next = if self.gpif_decide(run, logic) { branch >> 3 & 7 } else { branch & 7 };
             }
         }
         let entered = next != run.state;
@@ -292,15 +310,13 @@ impl Chip {
             self.driven.gpifadr = self.gpif.address;
             return;
         }
-        let at = run.waveform + usize::from(run.state);
-        let opcode = self.gpif.waveforms[at + 8];
-        let length = self.gpif.waveforms[at];
+        let State { length, opcode, output, .. } = self.gpif.states[usize::from(run.state & 7)];
         run.left = match length {
             _ if opcode & DP != 0 => 1,
             0 => 256,
             length => u16::from(length),
         };
-        self.set_ctl(self.gpif.waveforms[at + 16]);
+        self.set_ctl(output);
         self.gpif_drive_data(run);
         if opcode & GINT != 0 {
             self.int.raise_fifo(fifo::GPIFWF);
@@ -310,7 +326,7 @@ impl Chip {
 
     /// FD and GPIFADR in the present state.
     fn gpif_drive_data(&mut self, run: &Run) {
-        let opcode = self.gpif.waveforms[run.waveform + usize::from(run.state) + 8];
+        let opcode = self.gpif.states[usize::from(run.state & 7)].opcode;
         self.driven.gpifadr = self.gpif.address;
         if run.transaction.writes() && opcode & DATA != 0 {
             self.driven.fd_enable = self.fd_mask();
