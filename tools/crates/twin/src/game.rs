@@ -119,7 +119,7 @@ pub struct Game {
     end: Ps,
     fpga: Fpga,
     counts: Counts,
-    last_report: Option<Report>,
+    telling: Option<Report>,
     hash: TraceHash,
     line: String,
     lines: Vec<String>,
@@ -159,7 +159,7 @@ impl Game {
             end: setup.end.max(start),
             fpga,
             counts: Counts::default(),
-            last_report: None,
+            telling: None,
             hash,
             line: String::new(),
             lines: Vec::new(),
@@ -262,7 +262,21 @@ impl Game {
         self.counts.saw_ball += has(c::REPORT_BALL);
         self.counts.saw_goal += has(c::REPORT_GOAL_LEFT_EDGE | c::REPORT_GOAL_RIGHT_EDGE);
         self.counts.saw_opponent += has(c::REPORT_OPPONENT);
-        self.last_report = Some(report);
+        // For the picture: the last report among those that tell most.
+        let objects = |report: &Report| {
+            let kinds = [
+                c::REPORT_BALL,
+                c::REPORT_GOAL_LEFT_EDGE,
+                c::REPORT_GOAL_RIGHT_EDGE,
+                c::REPORT_OPPONENT,
+            ];
+            let clipped = u32::from(report.flags) & c::REPORT_BALL_CLIPPED != 0;
+            let seen = kinds.iter().filter(|&&kind| u32::from(report.flags) & kind != 0).count();
+            seen * 2 - usize::from(clipped)
+        };
+        if self.telling.as_ref().is_none_or(|best| objects(&report) >= objects(best)) {
+            self.telling = Some(report);
+        }
     }
 
     fn collect_serial(&mut self) {
@@ -318,7 +332,7 @@ impl Game {
 
     /// The match in one picture: what both eyes saw last, and the tracks on the pitch.
     pub fn picture(&mut self) -> RgbImage {
-        self.world.picture(OURS, self.last_report.as_ref())
+        self.world.picture(OURS, self.telling.as_ref())
     }
 }
 
