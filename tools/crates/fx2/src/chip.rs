@@ -81,6 +81,8 @@ pub(crate) struct Chip {
     flags: u16,
     /// INT0# and INT1# at the last look.
     int_pins: u8,
+    /// The endpoints' buffers were looked at since the last change of EPxCFG.
+    buffers_checked: bool,
     /// FIFORESET's NAKALL before the present write.
     nak_all: bool,
     /// FIFOADR as the slave FIFO's master sets it: index of EP2, 4, 6, 8.
@@ -125,6 +127,7 @@ impl Chip {
             autopointer_setup: 0x06,
             flags: 0,
             int_pins: 3,
+            buffers_checked: false,
             nak_all: false,
             fifo_address: 0,
             last_slow: None,
@@ -730,7 +733,25 @@ impl Chip {
             });
         }
         self.eps[index].configure(value);
+        self.buffers_checked = false;
         self.fifo_changed();
+    }
+
+    /// Looks, when USB first uses them, whether the buffers of EP2 to EP8 fit into their 4 KiB. EP4
+    /// begins where a doubly buffered EP2 of 512 bytes ends (TRM figure 1-16).
+    pub(crate) fn check_buffers(&mut self) {
+        if std::mem::replace(&mut self.buffers_checked, true) {
+            return;
+        }
+        let [ep2, ep4, ep6, ep8] = [0, 1, 2, 3].map(|index| self.eps[index].memory());
+        if ep2 + ep4 + ep6 + ep8 > 4096 || ep4 > 0 && ep2 > 1024 {
+            self.report(Rule::Reserved, xdata::EP2CFG, || {
+                format!(
+                    "EP2, EP4, EP6 and EP8 take {ep2}, {ep4}, {ep6} and {ep8} bytes of buffers, \
+                     which overlap in the chip's 4096; switch unused endpoints off"
+                )
+            });
+        }
     }
 
     fn write_pktend(&mut self, address: u16, value: u8) {

@@ -162,6 +162,11 @@ impl Endpoint {
         if self.speed == Speed::Full && bulk { 64 } else { self.buffer_size() }
     }
 
+    /// Bytes of the chip's 4 KiB that its buffers take.
+    pub(crate) fn memory(&self) -> usize {
+        if self.is_valid() { usize::from(self.buffer_count()) * self.buffer_size() } else { 0 }
+    }
+
     fn buffer_size(&self) -> usize {
         if self.large && self.cfg & SIZE_1024 != 0 { 1024 } else { 512 }
     }

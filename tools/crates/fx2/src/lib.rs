@@ -313,6 +313,12 @@ impl Fx2 {
         self.chip.usb_resume();
     }
 
+    /// Whether the firmware asks a suspended host to resume (remote wake-up).
+    #[must_use]
+    pub fn usb_signals_resume(&self) -> bool {
+        self.chip.usb_signals_resume()
+    }
+
     /// The cable is pulled.
     pub fn usb_unplugged(&mut self) {
         self.chip.usb_unplugged();

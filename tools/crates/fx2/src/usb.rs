@@ -14,6 +14,7 @@ use crate::regs::xdata;
 use crate::time::{NEVER, Tick};
 
 /// USBCS bits.
+const SIGRSUME: u8 = 0x01;
 const RENUM: u8 = 0x02;
 const DISCON: u8 = 0x08;
 const HSM: u8 = 0x80;
@@ -234,8 +235,11 @@ impl Chip {
         self.gpcr2 & FULL_SPEED_ONLY == 0
     }
 
-    /// A bus reset begins: full speed, address 0.
+    /// A bus reset begins: full speed, address 0. It wakes a suspended chip.
     pub(crate) fn usb_reset(&mut self) {
+        if self.asleep {
+            self.usb_resume();
+        }
         self.usb.address = 0;
         self.usb.new_address = None;
         self.usb.configuration = 0;
@@ -285,6 +289,11 @@ impl Chip {
         self.asleep = false;
         self.timers.skip_to(self.tick);
         self.changed();
+    }
+
+    /// Whether the firmware signals a remote wake-up (USBCS.SIGRSUME).
+    pub(crate) fn usb_signals_resume(&self) -> bool {
+        self.usb.usbcs & SIGRSUME != 0
     }
 
     pub(crate) fn usb_unplugged(&mut self) {
@@ -647,6 +656,7 @@ impl Chip {
     }
 
     fn large_in(&mut self, index: usize, out: &mut [u8; PACKET_MAX]) -> InReply {
+        self.check_buffers();
         let nak_all = self.nak_all();
         let ep = &mut self.eps[index];
         if !ep.is_valid() || !ep.is_in() {
@@ -671,6 +681,7 @@ impl Chip {
     }
 
     fn large_out(&mut self, index: usize, toggle: bool, data: &[u8]) -> OutReply {
+        self.check_buffers();
         let nak_all = self.nak_all();
         let ep = &mut self.eps[index];
         if !ep.is_valid() || ep.is_in() || data.len() > ep.packet_size() {

@@ -391,6 +391,52 @@ fn broken_rules_are_named_once_with_their_place() {
 }
 
 #[test]
+fn buffers_that_overlap_are_reported_when_they_are_used() {
+    // EP2, EP4, EP6 and EP8 as they are written, and whether they fit.
+    let cases = [
+        ([0xA2, 0xA0, 0xE2, 0xE0], true),
+        ([0xA0, 0x20, 0xE0, 0x60], true),
+        ([0xA3, 0x20, 0xE3, 0xE0], true),
+        ([0xA8, 0x20, 0x62, 0x60], true),
+        ([0xA0, 0xA0, 0xE2, 0x60], false),
+        ([0xA0, 0x20, 0xE0, 0xE0], false),
+        ([0xA8, 0x20, 0xE2, 0x60], false),
+    ];
+    for (cfg, fits) in cases {
+        let program = (0xE612..).zip(cfg).fold(Program::new(), |p, (at, value)| p.xdata(at, value));
+        let (mut fx2, _) = run(&program.stop());
+        assert_eq!(fx2.diagnostics(), [], "{cfg:02x?}: nothing is used yet");
+        fx2.usb_out(2, false, &[]);
+        assert_eq!(fx2.diagnostics().is_empty(), fits, "{cfg:02x?}");
+    }
+}
+
+#[test]
+fn a_bus_reset_wakes_a_suspended_chip() {
+    let program = Program::new()
+        .xdata(0xE680, 0x02)
+        .sfr(0xD8, 0x20)
+        .xdata(0xE681, 0x01)
+        .code(&[0x43, 0x87, 0x01])
+        .sfr(0x30, 1)
+        .xdata(0xE680, 0x03)
+        .stop();
+    // The resume interrupt's vector lies in the program: it must be a RETI.
+    let program = Program::default()
+        .code(&[0x02, 0x01, 0x00])
+        .org(0x33)
+        .code(&[0x53, 0xD8, 0xEF, 0x32])
+        .org(0x100)
+        .code(&program.0);
+    let (mut fx2, mut board) = run(&program);
+    assert_eq!(fx2.next_event(), Ps::MAX);
+    fx2.usb_reset();
+    fx2.run_until(6 * MS, &mut board);
+    assert_eq!(iram(&fx2, 0x30), 1);
+    assert!(fx2.usb_signals_resume());
+}
+
+#[test]
 fn external_memory_is_there_if_the_board_has_it() {
     let config = Config { ram: Ram::K8, external_ram: true };
     let mut fx2 = Fx2::new(config);
