@@ -18,6 +18,7 @@
 #define PLAN_TICKS            5 /* shot and way around are chosen so often */
 #define BALL_UNSEEN_TICKS     35
 #define BALL_FORGET_TICKS     900
+#define BALL_ROLLED_TICKS     100 /* where a ball rolled to is a guess */
 #define OPPONENT_UNSEEN_TICKS 60
 #define SEARCH_TICKS          400
 #define RELOCATE_TICKS        250
@@ -47,12 +48,14 @@
 #define PUSH_ALONG_MIN_MM 60
 #define PUSH_ALONG_MAX_MM 260
 #define PUSH_LOST_MM      330
+#define THERE_MM          10
 
 /* Angles. */
 #define AROUND_STEP          ANGLE_DEGREES(50)
 #define AROUND_CHECK         ANGLE_DEGREES(30)
 #define DIRECT_ANGLE         ANGLE_DEGREES(50)
 #define PUSH_BEGIN_ANGLE     ANGLE_DEGREES(7)
+#define FACE_ANGLE           ANGLE_DEGREES(8)
 #define PUSH_END_ANGLE       ANGLE_DEGREES(38)
 #define SHOT_STEP            1365 /* 7.5 degrees */
 #define SHOT_STEPS           10
@@ -402,6 +405,23 @@ static void choose_way(strategy_t *strategy, const world_t *world, const situati
         strategy->around = shorter;
 }
 
+/* Is the robot where it wanted to be, as near as walls let it? */
+static int is_there(const pose_t *pose, int32_t x_q4, int32_t y_q4)
+{
+    int32_t dx = clamp(x_q4, FREE_X_MM * 16) - pose->x_q4;
+    int32_t dy = clamp(y_q4, FREE_Y_MM * 16) - pose->y_q4;
+
+    return size_of(dx) < THERE_MM * 16 && size_of(dy) < THERE_MM * 16;
+}
+
+/* Behind the ball as well as can be, though perhaps not exactly: turn to it and go. */
+static void face_and_push(strategy_t *strategy, const situation_t *now)
+{
+    drive_along(strategy, &now->pose, now->ball_direction, 0);
+    if (size_of(angle_wrap(now->ball_direction - now->pose.heading)) < FACE_ANGLE)
+        enter(strategy, STRATEGY_PUSH);
+}
+
 static void approach(strategy_t *strategy, const world_t *world, const situation_t *now)
 {
     int32_t x_q4;
@@ -416,6 +436,10 @@ static void approach(strategy_t *strategy, const world_t *world, const situation
     if (size_of(now->off) <= DIRECT_ANGLE) {
         strategy->around = 0;
         waypoint(strategy, now, 0, BEHIND_MM, &x_q4, &y_q4);
+        if (is_there(&now->pose, x_q4, y_q4)) {
+            face_and_push(strategy, now);
+            return;
+        }
     } else {
         choose_way(strategy, world, now);
         waypoint(strategy, now, angle_wrap(now->off - strategy->around * AROUND_STEP), AROUND_MM,

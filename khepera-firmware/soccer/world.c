@@ -20,6 +20,8 @@
 #define GATE_SIGMAS           3
 #define GATE_SLACK_MM         40
 #define DOUBTS_MAX            12
+#define DOUBT_MM              25                /* what one of them adds, */
+#define DOUBT_HEADING_VAR     (273L * 273 / 16) /* ... to the heading 1.5 degrees */
 /* A single post may be anything upright and dark: it counts less, and once the place is known only
  * near to where it must be. */
 #define SINGLE_FACTOR         4
@@ -32,6 +34,7 @@
 /* The ball's rolling loss, mm/s each tick: 0.2 m/s^2. An assumption; the filter corrects it. */
 #define BALL_SLOWING_MM_S   2
 #define BALL_SPEED_MAX_MM_S 1000
+#define ROLLS_MM_S          100u /* below, the speed is mostly noise */
 #define IN_PITCH_SLACK_MM   40
 #define WALL_SLACK_MM       15
 #define CONTACT_MM          (BALL_RADIUS + ROBOT_RADIUS)
@@ -141,7 +144,9 @@ static int32_t slower(int32_t speed_mm_s)
 static void roll(world_t *world, const pose_t *pose)
 {
     object_t *ball = &world->ball;
-    int32_t limit_x = (PITCH_HALF_LENGTH_MM + 60) * 16;
+    int in_mouth = ball->y_q4 < GOAL_HALF_WIDTH_MM * 16 && ball->y_q4 > -GOAL_HALF_WIDTH_MM * 16;
+    int32_t limit_x =
+        (PITCH_HALF_LENGTH_MM + (in_mouth ? GOAL_DEPTH_MM : 0) - BALL_RADIUS + 10) * 16;
     int32_t limit_y = (PITCH_HALF_WIDTH_MM - BALL_RADIUS + 10) * 16;
     int32_t dx;
     int32_t dy;
@@ -347,6 +352,17 @@ static int inside_pitch(int32_t x_q4, int32_t y_q4)
            y_q4 > -(PITCH_HALF_WIDTH_MM + IN_PITCH_SLACK_MM) * 16;
 }
 
+/* A whole goal was seen where none should be: be less sure of the own place. */
+static void doubt_place(world_t *world)
+{
+    world->position_var += (int32_t)DOUBT_MM * DOUBT_MM;
+    world->heading_var = clamp(world->heading_var + DOUBT_HEADING_VAR, 0, HEADING_VAR_MAX);
+    if (++world->position_doubts >= DOUBTS_MAX) {
+        world->position_doubts = 0;
+        world->position_var = (int32_t)LOST_SIGMA_MM * LOST_SIGMA_MM;
+    }
+}
+
 /* Which goal is seen: 1 the opponent's, -1 the own, 0 cannot be told. */
 static int goal_side(const pose_t *then, const place_t edge[2])
 {
@@ -394,11 +410,9 @@ static void see_goal(world_t *world, const place_t edge[2], const pose_t *then)
     if (seen == 1 && world->localised && gate_mm > SINGLE_GATE_MM)
         gate_mm = SINGLE_GATE_MM;
     if (off_mm > gate_mm) {
-        /* Once is an error of the eye; again and again it is one of ours. */
-        if (seen == 2 && ++world->position_doubts >= DOUBTS_MAX) {
-            world->position_doubts = 0;
-            world->position_var = (int32_t)LOST_SIGMA_MM * LOST_SIGMA_MM;
-        }
+        /* Once is an error of the eye; again and again it is one of ours: wheels slipped. */
+        if (seen == 2)
+            doubt_place(world);
         return;
     }
     world->position_doubts = 0;
@@ -463,6 +477,7 @@ static void see_ball(world_t *world, const place_t *place, const pose_t *then, u
     }
     ball->age_ticks = 0;
     ball->unseen_ticks = 0;
+    ball->rolls = length_of(ball->vx_mm_s, ball->vy_mm_s) > ROLLS_MM_S;
 }
 
 static void see_opponent(world_t *world, const place_t *place, const pose_t *then)

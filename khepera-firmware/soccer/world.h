@@ -28,6 +28,7 @@
 
 typedef struct {
     uint8_t known;
+    uint8_t rolls;  /* it moved when it was last seen */
     uint8_t doubts; /* consecutive sightings that did not fit */
     int32_t x_q4;   /* mm, field */
     int32_t y_q4;
