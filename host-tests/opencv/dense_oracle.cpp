@@ -160,10 +160,10 @@ int main()
             Planes right;
             p.method = static_cast<match_method_t>(method);
             p.planes = trial % 3 ? 3 : 1;
-            p.hue_first = trial % 3 == 2;
+            p.hue_first = trial % 3 == 2 ? 1 : 0;
             p.block = static_cast<uint8_t>(trial % 4 ? random.uniform(1, 33) : 8);
             p.disparities = static_cast<uint16_t>(random.uniform(1, 60));
-            p.reference_is_right = trial % 2;
+            p.reference_is_right = trial % 2 ? 1 : 0;
             make_pair(random, {p.block + random.uniform(0, 80), p.block + random.uniform(0, 20)},
                       p.planes, p.hue_first, left, right);
             differences += compare(p, left, right);
