@@ -67,6 +67,8 @@ impl Transaction {
 #[derive(Clone, Copy, Debug)]
 struct Run {
     transaction: Transaction,
+    /// IFCLK as the transaction found it: changing it under way is reported and has no effect.
+    clock: IfClock,
     state: u8,
     /// Clocks left in a state that does not decide.
     left: u16,
@@ -188,6 +190,7 @@ impl Chip {
         let edge = clock.edge_at_or_after(tick_to_ps(self.tick)) + LAUNCH_EDGES;
         Run {
             transaction,
+            clock,
             state: IDLE,
             left: 0,
             fresh: true,
@@ -215,7 +218,7 @@ impl Chip {
             return None;
         }
         let mut run = self.gpif.run?;
-        let clock = self.ifclock();
+        let clock = run.clock;
         while run.at <= limit {
             let at = run.at;
             let exif = self.int.exif;

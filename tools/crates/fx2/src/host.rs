@@ -263,7 +263,12 @@ impl Host {
         if out.len() > usize::from(length) {
             return Err(HostError::Protocol(0x80));
         }
-        self.out_packet(link, 0, true, &[])?;
+        // The status stage goes the other way, but without data always towards the host.
+        if length == 0 {
+            self.in_packet(link, 0, true)?;
+        } else {
+            self.out_packet(link, 0, true, &[])?;
+        }
         Ok(out)
     }
 
