@@ -52,6 +52,29 @@ static int is_stripe(const band_t *band, int eye, const band_edge_t *a, const ba
     return !bright || band->yellowness[eye][x] < level;
 }
 
+static int stripe_width_q4(const band_edges_t *found, int i)
+{
+    return found->edges[i + 1].x_q4 - found->edges[i].x_q4;
+}
+
+/* A stripe at an end that is much wider than all others is none: the goal's black, or wall, between
+ * the body and the goal's edge. The stripes of a round body get narrower towards its ends. */
+static void trim_wide_ends(const band_edges_t *found, group_t *group)
+{
+    int widest_q4 = 0;
+    int i;
+
+    for (i = group->first + 1; i + 1 < group->last; i++)
+        if (stripe_width_q4(found, i) > widest_q4)
+            widest_q4 = stripe_width_q4(found, i);
+    if (!widest_q4)
+        return;
+    if (stripe_width_q4(found, group->first) > 2 * widest_q4)
+        group->first++;
+    if (stripe_width_q4(found, group->last - 1) > 2 * widest_q4)
+        group->last--;
+}
+
 /* The next run of stripes from edge *from on. */
 static int next_group(const band_t *band, int *from, group_t *group)
 {
@@ -66,6 +89,7 @@ static int next_group(const band_t *band, int *from, group_t *group)
         group->last = i;
         if (group->last - group->first + 1 >= MIN_EDGES_SEEN) {
             *from = i + 1;
+            trim_wide_ends(found, group);
             return 1;
         }
         if (group->last == group->first)
