@@ -171,8 +171,26 @@ static uint32_t similarity_limit(const band_edge_t *edge)
     return (uint32_t)(contrast * BLOCK_SIZE / 8 + 8 * BLOCK_SIZE * BLOCK_SIZE);
 }
 
+/* Whether the left eye's edge is of the same wall and the same black: the opponent before the
+ * goal's edge, in that eye alone, shows edges too. */
+static int is_same_edge(const band_t *band, const band_edge_t *left, const band_edge_t *right,
+                        int side)
+{
+    int inwards = side == LEFT_EDGE ? 1 : -1;
+    int a = wall_level(left, side);
+    int b = wall_level(right, side);
+    int brighter = a > b ? a : b;
+    int x = (left->x_q4 + 8) / 16 + 2 * inwards;
+
+    /* Eyes that differ by 10 percent either way differ by less than a quarter. */
+    if (4 * (a > b ? a - b : b - a) > brighter)
+        return 0;
+    return run_length(band->profile[EYE_LEFT], x, inwards, black_limit(left, side), 1) >=
+           MIN_BLACK_PX - 2;
+}
+
 /* Match the edge's block in the left eye; fills disparity and certainty, 0 if it has no match. */
-static void match_edge(const band_t *band, uint8_t search_max, goal_edge_t *goal)
+static void match_edge(const band_t *band, uint8_t search_max, int side, goal_edge_t *goal)
 {
     image_view_t views[EYE_COUNT];
     match_params_t params = {MATCH_SAD,         BLOCK_SIZE,       BLOCK_SIZE, 1, 1, 0,
@@ -197,7 +215,8 @@ static void match_edge(const band_t *band, uint8_t search_max, goal_edge_t *goal
         return;
     left = band_nearest_edge(band, EYE_LEFT, (int16_t)(edge->x_q4 + match.disparity_q4),
                              band_edge_rises(edge), EDGE_REACH_Q4);
-    if (!left || left->x_q4 - edge->x_q4 < (int)DEPTH_MIN_DISPARITY_Q4)
+    if (!left || left->x_q4 - edge->x_q4 < (int)DEPTH_MIN_DISPARITY_Q4 ||
+        !is_same_edge(band, left, edge, side))
         return;
     goal->d_q4 = left->x_q4 - edge->x_q4;
     /* A place beside the right one that costs twice as much is certainty enough. */
@@ -283,7 +302,7 @@ void goal_find(const band_t *band, uint8_t search_max, const opponent_extent_t *
     choose_edges(band, opponent, goal);
     for (i = 0; i < EDGE_COUNT; i++)
         if (goal[i].edge) {
-            match_edge(band, search_max, &goal[i]);
+            match_edge(band, search_max, i, &goal[i]);
             if (goal[i].d_q4 && is_stripe_beside(band, &goal[i], i))
                 goal[i].d_q4 = 0;
         }

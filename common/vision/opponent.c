@@ -3,19 +3,21 @@
 #include "vision/camera.h"
 
 /* Edges that make a strip: two whole stripes and both their ends. */
-#define MIN_EDGES      4
+#define MIN_EDGES           4
 /* Edges that tell that a body is there, though too little of it, or too near, to be matched. */
-#define MIN_EDGES_SEEN 3
+#define MIN_EDGES_SEEN      3
+/* Stripes from which on an odd one at an end is known. */
+#define MIN_STRIPES_TO_TRIM 5
 /* The widest stripe that is taken for one: 14 mm, 70 mm before the lens. What is too wide for the
  * disparity found is left out later. */
-#define MAX_STRIPE_Q4  (64 * 16)
+#define MAX_STRIPE_Q4       (64 * 16)
 /* Black is at most half of white. */
-#define BLACK_SHARE    2
+#define BLACK_SHARE         2
 /* Edges in both eyes count as one if they differ by this after the shift. */
-#define EDGE_REACH_Q4  28
-#define MAX_COST       INT32_MAX
+#define EDGE_REACH_Q4       28
+#define MAX_COST            INT32_MAX
 /* The largest search range that FPGA_REG_SEARCH_MAX takes. */
-#define MAX_SEARCH_PX  127
+#define MAX_SEARCH_PX       127
 
 typedef struct {
     int first; /* indices of edges in the right eye */
@@ -67,7 +69,8 @@ static void trim_wide_ends(const band_edges_t *found, group_t *group)
     for (i = group->first + 1; i + 1 < group->last; i++)
         if (stripe_width_q4(found, i) > widest_q4)
             widest_q4 = stripe_width_q4(found, i);
-    if (!widest_q4)
+    /* Two inner stripes are too few to tell: a body that the border cuts grows towards it. */
+    if (group->last - group->first < MIN_STRIPES_TO_TRIM)
         return;
     if (stripe_width_q4(found, group->first) > 2 * widest_q4)
         group->first++;
