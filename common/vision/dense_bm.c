@@ -23,8 +23,11 @@
 /* More than any sum, without bias. */
 #define NO_SUM UINT16_MAX
 
-/* Longer than COLUMNS by what sums of three read beyond them. */
-typedef uint16_t column_row_t[COLUMNS + 8u];
+/* Rows are longer than what is used: sums of three read 8 columns further, and a number of cache
+ * lines that is no power of two keeps the rows of all disparities from competing for the same
+ * places in the cache. */
+#define CACHE_LINE 64u
+typedef uint16_t column_row_t[COLUMNS + 32u];
 typedef uint16_t block_row_t[STRIP + 32u];
 
 typedef struct {
@@ -95,7 +98,7 @@ uint32_t bm_work_words(uint16_t width, uint16_t height, const bm_params_t *param
         bytes += 2u * width * height;
         bytes += 4u * DENSE_LEFT_RIGHT_WORDS(width);
     }
-    return bytes / 4u + 1u;
+    return (bytes + CACHE_LINE) / 4u + 1u;
 }
 
 /* One row of the pre-filter: 1-2-1 down, right minus left across, cut and lifted to 0..2 cap. */
@@ -254,15 +257,15 @@ static void find_lowest(const block_row_t *restrict blocks, uint32_t disparities
 
 /* The limit of uniqueness: lowest + lowest * percent / 100, cut to 16 bits. */
 MULTIVERSION
-static void set_limits(uint32_t percent, findings_t *found)
+static void set_limits(uint32_t percent, const int16_t *restrict lowest, int16_t *restrict limits)
 {
     uint32_t x;
 
     for (x = 0; x < STRIP; x++) {
-        uint32_t lowest = (uint16_t)((uint16_t)found->lowest[x] ^ BIAS);
-        uint32_t limit = lowest + lowest * percent / 100u;
+        uint32_t sum = (uint16_t)((uint16_t)lowest[x] ^ BIAS);
+        uint32_t limit = sum + sum * percent / 100u;
 
-        found->limit[x] = (int16_t)(uint16_t)((limit < NO_SUM ? limit : NO_SUM - 1u) ^ BIAS);
+        limits[x] = (int16_t)(uint16_t)((limit < NO_SUM ? limit : NO_SUM - 1u) ^ BIAS);
     }
 }
 
@@ -450,7 +453,7 @@ static void search_strip_row(const bm_t *bm, uint32_t y)
 
     sum_blocks((const column_row_t *)bm->columns, params->block, params->disparities, bm->blocks);
     find_lowest(blocks, params->disparities, found.lowest);
-    set_limits(params->uniqueness_percent, &found);
+    set_limits(params->uniqueness_percent, found.lowest, found.limit);
     find_rivals(blocks, params->disparities, found.lowest, found.limit, found.at, found.rivals);
     find_neighbours(blocks, params->disparities, &found);
     refine(&found, steps);
@@ -518,7 +521,9 @@ static void check_left_right(const bm_t *bm, uint32_t *work)
 static uint32_t *share_out(bm_t *bm, uint32_t *work)
 {
     const bm_params_t *params = bm->params;
-    uint16_t *halves = (uint16_t *)(work + (bm->margin ? DENSE_LEFT_RIGHT_WORDS(bm->width) : 0));
+    uint32_t *rest = work + (bm->margin ? DENSE_LEFT_RIGHT_WORDS(bm->width) : 0);
+    uint32_t beyond_line = (uint32_t)((uintptr_t)rest % CACHE_LINE);
+    uint16_t *halves = (uint16_t *)(rest + (CACHE_LINE - beyond_line) / sizeof *rest);
     uint8_t *bytes;
 
     bm->columns = (column_row_t *)halves;

@@ -22,7 +22,7 @@ extern "C" {
 namespace
 {
 
-constexpr int kTurns = 41;
+constexpr int kTurns = 101;
 
 struct Times {
     double min_ms = 0;
