@@ -447,7 +447,7 @@ static void search_strip_row(const bm_t *bm, uint32_t y)
 {
     const bm_params_t *params = bm->params;
     const block_row_t *blocks = (const block_row_t *)bm->blocks;
-    findings_t found = {{0}};
+    findings_t found = {0};
     int16_t steps[STRIP];
     int16_t row[STRIP];
 
