@@ -13,6 +13,7 @@ pub mod proximity;
 pub mod referee;
 pub mod render;
 mod shade;
+mod stretch;
 
 use common_sys::link::Report;
 use common_sys::vision::rgb565;

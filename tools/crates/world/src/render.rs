@@ -15,6 +15,7 @@ use crate::camera::{Camera, FOCAL_PX, HEIGHT, WIDTH};
 use crate::physics::Pose;
 use crate::pitch as p;
 use crate::shade::{self, GoalFace, Rgb, Spot, dot};
+use crate::stretch::{Line, Stretch};
 
 pub use crate::shade::BallColour;
 
@@ -96,6 +97,11 @@ impl Linear {
         self.start + self.across * x + self.down * y
     }
 
+    /// Along a row.
+    fn row(&self, y: f32) -> Line {
+        Line { start: self.at([0.0, y]), slope: self.across }
+    }
+
     /// The sum of two of them, weighed.
     fn sum(a: &Self, weight_a: f32, b: &Self, weight_b: f32) -> Self {
         Self {
@@ -104,6 +110,11 @@ impl Linear {
             down: a.down * weight_a + b.down * weight_b,
         }
     }
+}
+
+/// The axis along which places on a wall are told apart.
+fn along_axis(wall: usize) -> usize {
+    if wall < 2 { 1 } else { 0 }
 }
 
 /// Pixels that may show an object: x and y ranges.
@@ -151,12 +162,29 @@ impl Dress {
         }
         dress
     }
+}
 
-    fn stripe(&self, normal: [f32; 2]) -> u8 {
-        let left = normal[0] * self.lateral[0] + normal[1] * self.lateral[1];
-        let passed = self.begins[..self.count].iter().filter(|&&begin| left > begin).count();
-        ((usize::from(self.first) + passed) % STRIPES) as u8
+/// So many points of the picture are looked at at once: the compiler computes them side by side.
+const POINTS: usize = 16;
+
+/// Points of the picture.
+struct Points {
+    x: [f32; POINTS],
+    y: [f32; POINTS],
+}
+
+impl Points {
+    fn at(&self, index: usize) -> [f32; 2] {
+        [self.x[index], self.y[index]]
     }
+}
+
+/// What rays meet of the cylinder around a robot's dress: depth (infinite = nothing), height above the
+/// floor, number of the stripe.
+struct RobotHits {
+    depth: [f32; POINTS],
+    z: [f32; POINTS],
+    stripe: [f32; POINTS],
 }
 
 /// A scene as one camera sees it, with what can be computed once a picture.
@@ -314,35 +342,84 @@ impl<'a> View<'a> {
             match nearest {
                 None => self.draw_floor(row, x, &mut colours[x..end]),
                 Some(wall) => {
-                    self.draw_wall(wall, [x as f32, row], &mut keys[x..end], &mut colours[x..end]);
+                    self.draw_wall(wall, row, x, &mut keys[x..end], &mut colours[x..end]);
                 }
             }
             x = end;
         }
     }
 
-    /// A run of floor from column `x` on; its keys are there already.
+    /// A run of floor from column `x` on; its keys are there already. Bare boards first, then again
+    /// where there may be a line or a shadow.
     fn draw_floor(&self, row: f32, x: usize, colours: &mut [Rgb]) {
         let floor = FloorRow::new(self, row);
-        for (index, colour) in colours.iter_mut().enumerate() {
-            *colour = self.shade_spot(&floor.spot((x + index) as f32));
+        let run = x..x + colours.len();
+        let grain = shade::floor_grain(&floor.spot((run.start + run.end) as f32 / 2.0));
+        for (x, colour) in (x as i32..).zip(colours.iter_mut()) {
+            *colour = shade::boards(floor.place(x as f32), grain);
+        }
+        let mut again = |part: Stretch| {
+            for column in part.pixels() {
+                colours[column - x] = self.shade_spot(&floor.spot(column as f32));
+            }
+        };
+        let place = floor.lines();
+        shade::each_line(Stretch::of(&run), place, floor.pixel(&run), &mut again);
+        for (centre, radius, _) in self.shadows() {
+            again(Stretch::of(&run).where_near(place, centre, radius));
         }
     }
 
-    /// A run of a wall, with its goal and the room above it.
-    fn draw_wall(&self, wall: usize, start: [f32; 2], keys: &mut [u8], colours: &mut [Rgb]) {
-        for (index, (key, colour)) in keys.iter_mut().zip(colours).enumerate() {
-            let point = [start[0] + index as f32, start[1]];
-            let ray = self.ray_at(point);
-            let depth = 1.0 / self.walls[wall].at(point);
-            let hit = self.hit(ray, depth);
-            let surface = self.on_wall(wall, ray, hit);
-            *colour = match surface {
-                Surface::Wall(_) => shade::wall(wall, hit, depth / FOCAL_PX as f32),
-                other => self.shade(other, point),
-            };
-            *key = surface.key();
+    /// A run of a wall from column `first` on: plain wall first, then its goal and the room above it.
+    fn draw_wall(&self, wall: usize, row: f32, first: usize, keys: &mut [u8], colours: &mut [Rgb]) {
+        keys.fill(Surface::Wall(wall as u8).key());
+        self.draw_plain_wall(wall, row, first, colours);
+        let run = Stretch::of(&(first..first + colours.len()));
+        let mut paint = |part: Stretch, look: &dyn Fn([f32; 3]) -> (Surface, Rgb)| {
+            for column in part.pixels() {
+                let (surface, colour) = look(self.ray_at([column as f32, row]));
+                keys[column - first] = surface.key();
+                colours[column - first] = colour;
+            }
+        };
+        let eye = self.camera.at;
+        // Positive where a ray meets the wall's plane above (sign 1) or below (-1) a limit of y or z:
+        // compared are the rise to the limit and the ray's, both for one unit of depth.
+        let beyond = |sign: f32, axis: usize, limit: f64| {
+            let rise = (eye[axis] - limit as f32) * sign;
+            Linear::sum(&self.walls[wall], rise, &self.ray[axis], sign).row(row)
+        };
+        paint(run.where_positive(beyond(1.0, 2, p::WALL_HEIGHT_MM)), &|ray| {
+            let (room, along) = self.room_at(ray);
+            let panel = shade::room_panel(along, room[2]);
+            (Surface::Room(panel), shade::room(panel, room[2]))
+        });
+        if wall < 2 {
+            let opening = run
+                .where_positive(beyond(-1.0, 2, p::GOAL_HEIGHT_MM))
+                .where_positive(beyond(-1.0, 1, p::GOAL_HALF_WIDTH_MM))
+                .where_positive(beyond(1.0, 1, -p::GOAL_HALF_WIDTH_MM));
+            paint(opening, &|ray| (Surface::Goal, shade::goal(self.goal_face(wall, ray).1)));
         }
+    }
+
+    /// A run of nothing but wall.
+    fn draw_plain_wall(&self, wall: usize, row: f32, first: usize, colours: &mut [Rgb]) {
+        let per_depth = self.walls[wall].row(row);
+        let [along, up] = [along_axis(wall), 2];
+        let (ray_along, ray_up) = (self.ray[along].row(row), self.ray[up].row(row));
+        let eye = self.camera.at;
+        for (x, colour) in (first as i32..).zip(colours) {
+            let x = x as f32;
+            let depth = 1.0 / per_depth.at(x);
+            let place = eye[along] + ray_along.at(x) * depth;
+            let z = eye[up] + ray_up.at(x) * depth;
+            *colour = shade::wall(wall, place, z, depth / FOCAL_PX as f32);
+        }
+    }
+
+    fn wall_depth(&self, wall: usize, point: [f32; 2]) -> f32 {
+        1.0 / self.walls[wall].at(point)
     }
 
     /// The wall whose plane a ray meets first, or None for the floor.
@@ -453,11 +530,22 @@ impl<'a> View<'a> {
     /// Ball and robot, where they hide the pitch.
     fn draw_objects(&self, bounds: &Bounds, keys: &mut [u8], frame: &mut [Rgb]) {
         for y in bounds[1].clone() {
-            for x in bounds[0].clone() {
-                let point = [x as f32, y as f32];
-                if let Some(surface) = self.object_at(point, self.maybe(x, y)) {
-                    keys[y * WIDTH + x] = surface.key();
-                    frame[y * WIDTH + x] = self.shade(surface, point);
+            for first in bounds[0].clone().step_by(POINTS) {
+                let points = Points {
+                    x: core::array::from_fn(|i| (first + i) as f32),
+                    y: [y as f32; POINTS],
+                };
+                let columns = first..bounds[0].end.min(first + POINTS);
+                let maybe = [&self.ball_bounds, &self.robot_bounds].map(|object| {
+                    object[1].contains(&y)
+                        && object[0].start < columns.end
+                        && columns.start < object[0].end
+                });
+                for (x, surface) in columns.zip(self.objects_at(&points, maybe)) {
+                    if let Some(surface) = surface {
+                        keys[y * WIDTH + x] = surface.key();
+                        frame[y * WIDTH + x] = self.shade(surface, [x as f32, y as f32]);
+                    }
                 }
             }
         }
@@ -468,29 +556,83 @@ impl<'a> View<'a> {
         [contains(&self.ball_bounds, x, y), contains(&self.robot_bounds, x, y)]
     }
 
-    /// The nearer of ball and robot, unless the pitch hides it.
-    fn object_at(&self, point: [f32; 2], maybe: [bool; 2]) -> Option<Surface> {
-        let ray = self.ray_at(point);
-        let ball =
-            if maybe[0] { self.ball_depth(ray).map(|depth| (depth, Surface::Ball)) } else { None };
-        let robot = if maybe[1] { self.robot_at(ray) } else { None };
-        let (depth, surface) = match (ball, robot) {
-            (Some(ball), Some(robot)) => {
-                if ball.0 <= robot.0 {
-                    ball
-                } else {
-                    robot
+    /// At each point the nearer of ball and robot, unless the pitch hides it.
+    fn objects_at(&self, points: &Points, maybe: [bool; 2]) -> [Option<Surface>; POINTS] {
+        let ball = if maybe[0] { self.ball_depths(points) } else { [f32::INFINITY; POINTS] };
+        let robot = maybe[1].then_some(self.dress.as_ref()).flatten();
+        let robot = robot.map(|dress| self.robot_hits(dress, points));
+        core::array::from_fn(|i| {
+            let (mut depth, mut surface) = (ball[i], Surface::Ball);
+            if let Some(hits) = &robot
+                && hits.depth[i] < depth
+            {
+                (depth, surface) = (hits.depth[i], Surface::Stripe(hits.stripe[i] as u8));
+                if hits.z[i] > ROBOT_HEIGHT {
+                    // Above the dress there is the turret, which is thinner: the ball may be before it.
+                    match self.turret_depth(self.ray_at(points.at(i))) {
+                        Some(turret) if turret < ball[i] => {
+                            (depth, surface) = (turret, Surface::Turret);
+                        }
+                        _ => (depth, surface) = (ball[i], Surface::Ball),
+                    }
                 }
             }
-            (ball, robot) => ball.or(robot)?,
-        };
-        if self.in_goal {
-            let (pitch, per_depth) = self.pitch_at(point);
-            if matches!(pitch, Surface::Wall(_)) && depth * per_depth > 1.0 {
-                return None;
+            let seen = depth.is_finite() && !(self.in_goal && self.hidden(points.at(i), depth));
+            seen.then_some(surface)
+        })
+    }
+
+    /// Whether the wall beside a goal is before what is so deep there.
+    fn hidden(&self, point: [f32; 2], depth: f32) -> bool {
+        let (pitch, per_depth) = self.pitch_at(point);
+        matches!(pitch, Surface::Wall(_)) && depth * per_depth > 1.0
+    }
+
+    /// Depth of the ball at each point, infinite where it is not.
+    fn ball_depths(&self, points: &Points) -> [f32; POINTS] {
+        let Some(centre) = self.ball else { return [f32::INFINITY; POINTS] };
+        let offset = [0, 1, 2].map(|i| self.camera.at[i] - centre[i]);
+        let c = dot(offset, offset) - BALL_RADIUS * BALL_RADIUS;
+        core::array::from_fn(|i| {
+            let ray = self.ray_at(points.at(i));
+            root_or_infinity(dot(ray, ray), dot(ray, offset), c)
+        })
+    }
+
+    /// What rays meet of the upright cylinder around the dress.
+    fn robot_hits(&self, dress: &Dress, points: &Points) -> RobotHits {
+        let offset = [0, 1].map(|i| self.camera.at[i] - dress.axis[i]);
+        let c = offset[0] * offset[0] + offset[1] * offset[1] - ROBOT_RADIUS * ROBOT_RADIUS;
+        let mut hits = RobotHits { depth: [0.0; POINTS], z: [0.0; POINTS], stripe: [0.0; POINTS] };
+        let mut left = [0.0; POINTS];
+        for i in 0..POINTS {
+            let ray = self.ray_at(points.at(i));
+            let a = ray[0] * ray[0] + ray[1] * ray[1];
+            let depth = root_or_infinity(a, ray[0] * offset[0] + ray[1] * offset[1], c);
+            // Infinite times a ray that goes nowhere is no number; no comparison with it holds.
+            let z = self.camera.at[2] + ray[2] * depth;
+            hits.depth[i] = if z >= 0.0 { depth } else { f32::INFINITY };
+            hits.z[i] = z;
+            let normal = [0, 1].map(|axis| (offset[axis] + ray[axis] * depth) / ROBOT_RADIUS);
+            left[i] = normal[0] * dress.lateral[0] + normal[1] * dress.lateral[1];
+        }
+        for begin in &dress.begins[..dress.count] {
+            for i in 0..POINTS {
+                hits.stripe[i] += if left[i] > *begin { 1.0 } else { 0.0 };
             }
         }
-        Some(surface)
+        for stripe in &mut hits.stripe {
+            *stripe += f32::from(dress.first);
+            *stripe -= if *stripe >= STRIPES as f32 { STRIPES as f32 } else { 0.0 };
+        }
+        hits
+    }
+
+    /// Depth of the turret above the dress. Its top is above the lenses: no eye sees it.
+    fn turret_depth(&self, ray: [f32; 3]) -> Option<f32> {
+        let depth = self.cylinder_depth(ray, TURRET_RADIUS_MM)?;
+        let z = self.camera.at[2] + ray[2] * depth;
+        (ROBOT_HEIGHT..TURRET_TOP_MM).contains(&z).then_some(depth)
     }
 
     fn ball_depth(&self, ray: [f32; 3]) -> Option<f32> {
@@ -514,19 +656,6 @@ impl<'a> View<'a> {
         )
     }
 
-    /// Dress or turret. Their tops are above the lenses: no eye sees them.
-    fn robot_at(&self, ray: [f32; 3]) -> Option<(f32, Surface)> {
-        let depth = self.cylinder_depth(ray, ROBOT_RADIUS)?;
-        let z = self.camera.at[2] + ray[2] * depth;
-        if (0.0..=ROBOT_HEIGHT).contains(&z) {
-            let stripe = self.dress?.stripe(self.upright_normal(ray, depth, ROBOT_RADIUS));
-            return Some((depth, Surface::Stripe(stripe)));
-        }
-        let depth = self.cylinder_depth(ray, TURRET_RADIUS_MM)?;
-        let z = self.camera.at[2] + ray[2] * depth;
-        (ROBOT_HEIGHT..TURRET_TOP_MM).contains(&z).then_some((depth, Surface::Turret))
-    }
-
     fn upright_normal(&self, ray: [f32; 3], depth: f32, radius: f32) -> [f32; 2] {
         let axis = self.dress.map_or([0.0; 2], |dress| dress.axis);
         [0, 1].map(|i| (self.camera.at[i] + ray[i] * depth - axis[i]) / radius)
@@ -535,16 +664,23 @@ impl<'a> View<'a> {
     /// The mean over 16 points of a pixel. Each surface is shaded once, in the middle of its points.
     fn look_closely(&self, x: usize, y: usize) -> Rgb {
         /// Rows of the points in columns 0..16: bits reversed, so that they spread evenly.
-        const ROW: [u8; 16] = [0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15];
+        const ROW: [u8; POINTS] = [0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15];
         let maybe = self.maybe(x, y);
-        let mut found: [(Surface, [f32; 2], f32); 16] = [(Surface::Floor, [0.0; 2], 0.0); 16];
+        let mut found: [(Surface, [f32; 2], f32); POINTS] =
+            [(Surface::Floor, [0.0; 2], 0.0); POINTS];
         let mut count = 0;
         let planes = Planes::near(self, [x as f32, y as f32]);
-        for (column, row) in ROW.into_iter().enumerate() {
-            let place =
-                |middle: usize, sixteenth: usize| middle as f32 + (sixteenth as f32 - 7.5) / 16.0;
-            let point = [place(x, column), place(y, usize::from(row))];
-            let surface = match self.object_at(point, maybe) {
+        let place =
+            |middle: usize, sixteenth: usize| middle as f32 + (sixteenth as f32 - 7.5) / 16.0;
+        let points = Points {
+            x: core::array::from_fn(|i| place(x, i)),
+            y: ROW.map(|row| place(y, usize::from(row))),
+        };
+        let objects =
+            if maybe == [false; 2] { [None; POINTS] } else { self.objects_at(&points, maybe) };
+        for (i, object) in objects.into_iter().enumerate() {
+            let point = points.at(i);
+            let surface = match object {
                 Some(object) => object,
                 None => self.pitch_among(&planes, point).0,
             };
@@ -557,7 +693,7 @@ impl<'a> View<'a> {
         let mut mean = [0.0; 3];
         for &(surface, sum, points) in &found[..count] {
             let colour = self.shade(surface, [sum[0] / points, sum[1] / points]);
-            mean = [0, 1, 2].map(|i| mean[i] + colour[i] * points / 16.0);
+            mean = [0, 1, 2].map(|i| mean[i] + colour[i] * points / POINTS as f32);
         }
         mean
     }
@@ -569,8 +705,9 @@ impl<'a> View<'a> {
             Surface::Floor => self.shade_spot(&FloorRow::new(self, point[1]).spot(point[0])),
             Surface::Wall(wall) => {
                 let wall = usize::from(wall);
-                let depth = 1.0 / self.walls[wall].at(point);
-                shade::wall(wall, self.hit(ray, depth), depth / FOCAL_PX as f32)
+                let depth = self.wall_depth(wall, point);
+                let hit = self.hit(ray, depth);
+                shade::wall(wall, hit[along_axis(wall)], hit[2], depth / FOCAL_PX as f32)
             }
             Surface::Goal => {
                 let end = self.lens_in_goal.unwrap_or(usize::from(ray[0] < 0.0));
@@ -599,14 +736,17 @@ impl<'a> View<'a> {
     }
 
     fn shade_spot(&self, spot: &Spot) -> Rgb {
-        let mut light = 1.0;
-        if let Some(ball) = self.ball {
-            light *= shade::shadow(spot.at, [ball[0], ball[1]], BALL_RADIUS * 1.15, 0.65);
-        }
-        if let Some(dress) = &self.dress {
-            light *= shade::shadow(spot.at, dress.axis, ROBOT_RADIUS * 1.5, 0.5);
-        }
+        let light = self.shadows().fold(1.0, |light, (centre, radius, dark)| {
+            light * shade::shadow(spot.at, centre, radius, dark)
+        });
         shade::scale(shade::floor(spot), light)
+    }
+
+    /// Shadows on the floor: where, how far they reach, how dark they are.
+    fn shadows(&self) -> impl Iterator<Item = ([f32; 2], f32, f32)> {
+        let ball = self.ball.map(|ball| ([ball[0], ball[1]], BALL_RADIUS * 1.15, 0.65));
+        let robot = self.dress.map(|dress| (dress.axis, ROBOT_RADIUS * 1.5, 0.5));
+        ball.into_iter().chain(robot)
     }
 }
 
@@ -632,10 +772,26 @@ impl FloorRow {
         Self { start, bend: [0, 1].map(|i| view.ray[i].across * deeper) }
     }
 
+    /// What a column shows.
+    fn place(&self, x: f32) -> [f32; 2] {
+        [0, 1].map(|i| self.start.at[i] + x * self.start.across[i])
+    }
+
+    /// The same for all columns.
+    fn lines(&self) -> [Line; 2] {
+        [0, 1].map(|i| Line { start: self.start.at[i], slope: self.start.across[i] })
+    }
+
+    /// The largest extent in x and y of a pixel in this run: extents change evenly along it.
+    fn pixel(&self, run: &Range<usize>) -> [f32; 2] {
+        let ends = [run.start, run.end].map(|x| self.spot(x as f32));
+        [0, 1].map(|i| ends[0].across[i].abs() + ends[0].down[i].abs().max(ends[1].down[i].abs()))
+    }
+
     fn spot(&self, x: f32) -> Spot {
-        let Spot { at, across, down } = self.start;
+        let Spot { across, down, .. } = self.start;
         Spot {
-            at: [at[0] + x * across[0], at[1] + x * across[1]],
+            at: self.place(x),
             across,
             down: [down[0] + x * self.bend[0], down[1] + x * self.bend[1]],
         }
@@ -690,6 +846,13 @@ impl Planes {
         }
         best
     }
+}
+
+/// The smaller root of a t^2 + 2 b t + c if it is positive, otherwise infinity.
+fn root_or_infinity(a: f32, b: f32, c: f32) -> f32 {
+    let square = b * b - a * c;
+    let root = (-b - square.max(0.0).sqrt()) / a;
+    if square >= 0.0 && root > 0.0 { root } else { f32::INFINITY }
 }
 
 /// The smaller root of a t^2 + 2 b t + c, if it is positive.

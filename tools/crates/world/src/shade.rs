@@ -4,6 +4,7 @@
 //! unevenness of the light are assumptions, mild enough for the detectors of a quiet day.
 
 use crate::pitch as p;
+use crate::stretch::{Line, Stretch};
 
 /// A colour as the camera's sensor has it, 0..1 a channel.
 pub type Rgb = [f32; 3];
@@ -52,10 +53,11 @@ fn mix(a: Rgb, b: Rgb, share_of_b: f32) -> Rgb {
     [0, 1, 2].map(|i| a[i] + (b[i] - a[i]) * share_of_b)
 }
 
-/// Index of the cell of `size` that holds `v`, which lies within +-100,000 cells.
-fn cell(v: f32, size: f32) -> i32 {
-    // A conversion towards zero of something positive: as good as floor() and much quicker.
-    (v / size + 131_072.0) as i32
+/// Number of the cell of a grid nearest to `v`, which lies within +-2^21 cells: `v` counts cells.
+fn cell(v: f32) -> i32 {
+    // From 2^23 on a float has no fraction; half of that again keeps negative values there, too.
+    // Quicker than a conversion, and the compiler does it for many pixels at once.
+    (v + 12_582_912.0).to_bits() as i32
 }
 
 /// A fixed random number in -1..1 for a cell of a grid: grain of floor, walls and felt.
@@ -65,7 +67,7 @@ fn grain(x: i32, y: i32, z: i32) -> f32 {
         ^ (z as u32).wrapping_mul(0xC2B2_AE3D);
     h = (h ^ (h >> 15)).wrapping_mul(0x2C1B_3C6D);
     h ^= h >> 13;
-    (h & 0xFFFF) as f32 / 32768.0 - 1.0
+    (h & 0xFFFF) as i32 as f32 / 32768.0 - 1.0
 }
 
 /// A place on the floor that a pixel shows, and how it moves from pixel to pixel, mm.
@@ -133,17 +135,73 @@ fn kept(size: f32, pixel: f32) -> f32 {
     (size / pixel).min(1.0)
 }
 
+const FLOOR_GRAIN_MM: f32 = 4.0;
+const FLOOR_GRAIN: f32 = 0.035;
+
+/// Strength of the grain where the floor's pixels are so wide.
+pub fn floor_grain(spot: &Spot) -> f32 {
+    let pixel = spot.width(1.0, 0.0).max(spot.width(0.0, 1.0));
+    FLOOR_GRAIN * kept(FLOOR_GRAIN_MM, pixel)
+}
+
+/// Light falls a little unevenly on the floor.
+fn floor_light([x, y]: [f32; 2]) -> f32 {
+    const PER_X: f32 = 0.06 / p::HALF_LENGTH_MM as f32;
+    const PER_Y: f32 = -0.05 / p::HALF_WIDTH_MM as f32;
+    1.0 + PER_X * x + PER_Y * y
+}
+
+/// The boards, before light falls on them.
+fn wood([x, y]: [f32; 2], grain_strength: f32) -> f32 {
+    const CELLS: f32 = 1.0 / FLOOR_GRAIN_MM;
+    1.0 + grain_strength * grain(cell(x * CELLS), cell(y * CELLS), 0)
+}
+
+/// Colour of the floor where there is neither line nor shadow.
+pub fn boards(at: [f32; 2], grain_strength: f32) -> Rgb {
+    scale(FLOOR, wood(at, grain_strength) * floor_light(at))
+}
+
 /// Colour of the floor, before shadows.
 pub fn floor(spot: &Spot) -> Rgb {
-    const GRAIN_MM: f32 = 4.0;
-    // Light falls a little unevenly; the boards have a grain.
-    let [x, y] = spot.at;
-    let light = 1.0 + 0.06 * (x / p::HALF_LENGTH_MM as f32) - 0.05 * (y / p::HALF_WIDTH_MM as f32);
-    let pixel = spot.width(1.0, 0.0).max(spot.width(0.0, 1.0));
-    let fine = grain(cell(x, GRAIN_MM), cell(y, GRAIN_MM), 0) * kept(GRAIN_MM, pixel);
-    let wood = scale(FLOOR, 1.0 + 0.035 * fine);
-    let line = lines(spot);
-    scale(if line > 0.0 { mix(wood, LINE, line) } else { wood }, light)
+    let wood = scale(FLOOR, wood(spot.at, floor_grain(spot)));
+    scale(mix(wood, LINE, lines(spot)), floor_light(spot.at))
+}
+
+/// Parts of a stretch of floor that may show white lines. `place` is what it shows, `pixel` the
+/// largest extents of its pixels in x and y.
+pub fn each_line(run: Stretch, place: [Line; 2], pixel: [f32; 2], mut touch: impl FnMut(Stretch)) {
+    const HALF_LINE: f32 = p::LINE_WIDTH_MM as f32 / 2.0;
+    const CIRCLE: f32 = p::CENTRE_CIRCLE_MM as f32;
+    const HALF_GOAL: f32 = p::GOAL_HALF_WIDTH_MM as f32;
+    const FRONT: f32 = (p::HALF_LENGTH_MM - p::GOAL_BORDER_MM) as f32;
+    let between = |part: Stretch, axis: usize, low: f32, high: f32| {
+        let margin = HALF_LINE + pixel[axis];
+        part.where_positive(place[axis].turned(1.0, margin - low))
+            .where_positive(place[axis].turned(-1.0, high + margin))
+    };
+    touch(between(run, 0, 0.0, 0.0));
+    for end in [-1.0, 1.0] {
+        let (front, goal) = (end * FRONT, end * p::HALF_LENGTH_MM as f32);
+        let border = between(run, 0, front.min(goal), front.max(goal));
+        let border = between(border, 1, -HALF_GOAL, HALF_GOAL);
+        if !border.is_empty() {
+            touch(between(border, 0, front, front));
+            touch(between(border, 0, goal, goal));
+            touch(between(border, 1, -HALF_GOAL, -HALF_GOAL));
+            touch(between(border, 1, HALF_GOAL, HALF_GOAL));
+        }
+    }
+    let margin = HALF_LINE + pixel[0] + pixel[1];
+    let outer = run.where_near(place, [0.0; 2], CIRCLE + margin);
+    let inner = outer.where_near(place, [0.0; 2], (CIRCLE - margin).max(0.0));
+    if inner.is_empty() {
+        touch(outer);
+        return;
+    }
+    touch(Stretch { to: inner.from + 1.0, ..outer });
+    touch(Stretch { from: inner.to - 1.0, ..outer });
+    touch(inner.where_near(place, [0.0; 2], p::CENTRE_DOT_MM as f32 + margin));
 }
 
 /// Part of the light from above that something of this radius at `centre` leaves at (x, y): darkest
@@ -154,15 +212,15 @@ pub fn shadow([x, y]: [f32; 2], centre: [f32; 2], radius: f32, dark: f32) -> f32
     if square < 1.0 { 1.0 - dark * (1.0 - square) } else { 1.0 }
 }
 
-/// Grey walls, each lit a little differently. `hit` in mm, `pixel_mm` what a pixel covers there.
-pub fn wall(wall: usize, hit: [f32; 3], pixel_mm: f32) -> Rgb {
+/// Grey walls, each lit a little differently: at `along` mm along the wall and `z` mm above the floor;
+/// `pixel_mm` is what a pixel covers there.
+pub fn wall(wall: usize, along: f32, z: f32, pixel_mm: f32) -> Rgb {
     const LIGHT: [f32; 8] = [1.0, 0.98, 1.12, 0.96, 1.05, 1.03, 0.97, 0.95];
     const GRAIN_MM: f32 = 3.0;
-    let height = 0.94 + 0.06 * hit[2] / p::WALL_HEIGHT_MM as f32;
-    let [x, y, z] = hit.map(|v| cell(v, GRAIN_MM));
-    // Along a wall one of x and y hardly changes; it must not flicker between two cells.
-    let along = if wall < 2 { y } else { x };
-    let fine = 1.0 + 0.03 * grain(along, wall as i32, z) * kept(GRAIN_MM, pixel_mm);
+    const CELLS: f32 = 1.0 / GRAIN_MM;
+    let height = 0.94 + 0.06 / p::WALL_HEIGHT_MM as f32 * z;
+    let spot = grain(cell(along * CELLS), wall as i32, cell(z * CELLS));
+    let fine = 1.0 + 0.03 * spot * kept(GRAIN_MM, pixel_mm);
     scale(WALL, LIGHT[wall] * height * fine)
 }
 
@@ -193,8 +251,9 @@ pub fn goal(face: GoalFace) -> Rgb {
 /// Panels in the room: 0 = none, a plain wall.
 pub fn room_panel(along_mm: f32, z_mm: f32) -> u8 {
     const EVERY_MM: f32 = 760.0;
-    let index = cell(along_mm, EVERY_MM);
-    let within = along_mm - (index as f32 - 131_072.0) * EVERY_MM;
+    // Towards zero of something positive: as good as floor() and much quicker.
+    let index = (along_mm / EVERY_MM + 64.0) as i32;
+    let within = along_mm - (index - 64) as f32 * EVERY_MM;
     let kind = (grain(index, 7, 3) * 2.0 + 2.0) as u8;
     let top = 330.0 + 90.0 * f32::from(kind);
     if kind != 0 && (140.0..560.0).contains(&within) && z_mm < top { kind } else { 0 }
@@ -223,7 +282,7 @@ pub fn ball(colour: BallColour, normal: [f32; 3]) -> Rgb {
         BallColour::Yellow => mix(colour.rgb(), SEAM, seam),
         BallColour::Pink => colour.rgb(),
     };
-    let [x, y, z] = normal.map(|n| cell(n, 0.045));
+    let [x, y, z] = normal.map(|n| cell(n * 22.0));
     scale(felt, light * (1.0 + 0.07 * grain(x, y, z)))
 }
 
