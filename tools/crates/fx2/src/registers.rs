@@ -528,6 +528,7 @@ impl Chip {
     fn sync_delay_cycles(&self) -> Tick {
         let ifclk = self.ifclock().period();
         let clkout = tick_to_ps(self.cycle) / 4;
+        // Periods are cut to picoseconds; the 4 keeps that from adding a cycle.
         (3 * (ifclk + clkout)).div_ceil(2 * clkout + 4)
     }
 }
