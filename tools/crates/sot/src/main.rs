@@ -4,6 +4,7 @@ mod bitstream;
 mod detect;
 mod disparity;
 mod eyes;
+mod fifo_master;
 mod interrupt;
 mod output;
 mod play;

@@ -18,6 +18,7 @@ use serde_json::{Value, json};
 use sim::{MS, Ps, SECOND};
 use usbredir::{Event, Notice, Options};
 
+use crate::fifo_master::CountingMaster;
 use crate::interrupt::{self, Interrupted};
 use crate::output::{Usage, write_file};
 
@@ -61,6 +62,10 @@ pub struct Fx2Args {
     /// The fastest that the bus offers
     #[arg(long, value_enum, default_value_t = BusSpeed::High)]
     speed: BusSpeed,
+    /// What is soldered to the slave FIFO: nothing, or a master that writes a 16-bit counter into EP6
+    /// and checks that what comes out of EP2 counts
+    #[arg(long, value_enum, default_value_t = FifoMaster::None)]
+    fifo_master: FifoMaster,
     /// End after so many simulated seconds [default: at Ctrl-C]
     #[arg(long, value_parser = parse_seconds)]
     seconds: Option<f64>,
@@ -87,6 +92,15 @@ enum BusSpeed {
     High,
     /// 12 Mbit/s
     Full,
+}
+
+/// Masters of the slave FIFO.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum FifoMaster {
+    /// None
+    None,
+    /// Counts both ways
+    Counter,
 }
 
 /// Where a chip is served if nothing else is said.
@@ -134,8 +148,7 @@ fn run_fx2(args: &Fx2Args) -> Result<()> {
         external_ram: false,
     });
     if let Some(path) = &args.image {
-        let image = read_image(path)?;
-        chip.load(&image).with_context(|| format!("cannot load {}", path.display()))?;
+        load_image(&mut chip, path)?;
     }
     let mut board = EepromBoard { eeprom: args.eeprom.as_deref().map(read_eeprom).transpose()? };
     let contents = board.contents();
@@ -144,13 +157,15 @@ fn run_fx2(args: &Fx2Args) -> Result<()> {
     let stop = interrupt::watch();
     let duration = args.seconds.map(|seconds| (seconds * SECOND as f64) as Ps);
     let started = Instant::now();
-    let mut bench = Bench { fx2: &mut chip, board: &mut board };
+    let bench = Bench { fx2: &mut chip, board: &mut board };
+    let mut link = CountingMaster::new(bench, args.fifo_master == FifoMaster::Counter);
     let usb = match (&listener, duration) {
-        (Some(listener), _) => serve(listener, &mut bench, args.speed, duration, stop)?,
-        (None, Some(duration)) => run_headless(&mut bench, args.speed, duration, stop),
+        (Some(listener), _) => serve(listener, &mut link, args.speed, duration, stop)?,
+        (None, Some(duration)) => run_headless(&mut link, args.speed, duration, stop),
         (None, None) => bail!("nothing to do: neither served nor limited in time"),
     };
-    let report = Report { usb, host_seconds: started.elapsed().as_secs_f64() };
+    let fifo = link.as_json();
+    let report = Report { usb, fifo, host_seconds: started.elapsed().as_secs_f64() };
 
     if let (Some(path), Some(new)) = (&args.eeprom, board.contents())
         && contents.as_ref() != Some(&new)
@@ -178,7 +193,7 @@ fn read_limited(path: &Path, limit: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn read_image(path: &Path) -> Result<Image> {
+fn load_image(chip: &mut Fx2, path: &Path) -> Result<()> {
     let bytes = read_limited(path, IMAGE_FILE_MAX)?;
     let has_colon = bytes.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b':');
     let is_hex = path.extension().is_some_and(|ending| {
@@ -191,11 +206,12 @@ fn read_image(path: &Path) -> Result<Image> {
         Image::parse(&bytes)
     };
     let image = image.with_context(|| format!("{} cannot be used", path.display()))?;
+    chip.load(&image).with_context(|| format!("cannot load {}", path.display()))?;
     if !has_colon {
         let odd = if bytes.len() % 2 == 1 { ", an odd number" } else { "" };
         eprintln!("{}: {} raw bytes{odd}, taken as they are", path.display(), bytes.len());
     }
-    Ok(image)
+    Ok(())
 }
 
 fn read_eeprom(path: &Path) -> Result<Eeprom> {
@@ -324,6 +340,8 @@ fn run_headless(
 /// What is told at the end.
 struct Report {
     usb: Option<Identity>,
+    /// What the FIFO's master says, if there is one.
+    fifo: Option<Value>,
     host_seconds: f64,
 }
 
@@ -359,6 +377,7 @@ impl Report {
             "pc": chip.cpu().pc(),
             "cpu_held": chip.is_cpu_held(),
             "usb": usb,
+            "fifo": self.fifo,
             "diagnostics": diagnostics,
         })
     }
@@ -377,6 +396,9 @@ impl Report {
             self.realtime_factor(chip),
             chip.cycles()
         );
+        if let Some(fifo) = &self.fifo {
+            println!("FIFO: {fifo}");
+        }
         let all = chip.diagnostics();
         for found in all.iter().take(PRINTED_MAX) {
             println!("{found}");
