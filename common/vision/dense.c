@@ -19,16 +19,15 @@ typedef struct {
     uint32_t width;
     uint32_t *columns;     /* [disparities][width]: costs added up over the rows of the window */
     uint32_t *energy[2];   /* NCC: squares added up over the window, of left and right */
-    uint32_t *sums;        /* costs of whole blocks at one disparity */
-    uint32_t *partial;     /* on the way to sums */
+    uint32_t *buffers[2];  /* for box_sums */
     uint32_t *best;        /* the best cost so far */
     uint32_t *best_at;     /* its disparity */
     uint32_t *best_energy; /* NCC: energy of the other eye's block there */
-    uint32_t *block_energy;
+    uint32_t *energy_buffers[2];
 } pass_t;
 
 #define ROW_BUFFERS     4u
-#define NCC_ROW_BUFFERS 4u
+#define NCC_ROW_BUFFERS 5u
 
 static int params_fit(const dense_params_t *p)
 {
@@ -54,15 +53,16 @@ static void share_out(pass_t *pass, uint32_t *work)
 
     pass->columns = work;
     work += pass->params->disparities * width;
-    pass->sums = work;
-    pass->partial = work + width;
+    pass->buffers[0] = work;
+    pass->buffers[1] = work + width;
     pass->best = work + 2 * width;
     pass->best_at = work + 3 * width;
     if (pass->params->method == MATCH_NCC) {
         pass->energy[0] = work + 4 * width;
         pass->energy[1] = work + 5 * width;
         pass->best_energy = work + 6 * width;
-        pass->block_energy = work + 7 * width;
+        pass->energy_buffers[0] = work + 7 * width;
+        pass->energy_buffers[1] = work + 8 * width;
     }
 }
 
@@ -151,31 +151,45 @@ static void add_row(const pass_t *pass, uint32_t y, uint32_t sign)
     }
 }
 
-/* sums[x] = columns[x] + .. + columns[x + block - 1] for x < n, by doubling: `partial` holds sums
- * of 1, 2, 4 ... columns, and those that the block's binary digits name are put side by side. */
+/* wide[x] = sums[x] + sums[x + span], and the column after both if asked for. */
 MULTIVERSION
-static void box_sums(const uint32_t *columns, uint32_t n, uint32_t block, uint32_t *partial,
-                     uint32_t *sums)
+static void double_span(const uint32_t *restrict sums, uint32_t span, int and_column,
+                        const uint32_t *restrict columns, uint32_t n, uint32_t *restrict wide)
 {
-    uint32_t length = n + block - 1;
-    uint32_t span;
-    uint32_t done = 0;
     uint32_t x;
 
-    for (x = 0; x < length; x++)
-        partial[x] = columns[x];
-    for (x = 0; x < n; x++)
-        sums[x] = 0;
-    for (span = 1; span <= block; span *= 2) {
-        if (block & span) {
-            for (x = 0; x < n; x++)
-                sums[x] += partial[x + done];
-            done += span;
-        }
-        if (2 * span <= block)
-            for (x = 0; x + 2 * span <= length; x++)
-                partial[x] += partial[x + span];
+    if (and_column)
+        for (x = 0; x < n; x++)
+            wide[x] = sums[x] + sums[x + span] + columns[x + 2 * span];
+    else
+        for (x = 0; x < n; x++)
+            wide[x] = sums[x] + sums[x + span];
+}
+
+/* The sums of `block` columns at n places, in one of the two buffers or in the columns themselves.
+ * The binary digits of `block` from the second on say whether a doubled span takes a column more.
+ */
+static const uint32_t *box_sums(const uint32_t *columns, uint32_t n, uint32_t block,
+                                uint32_t *buffer, uint32_t *other)
+{
+    const uint32_t *sums = columns;
+    uint32_t span = 1;
+    uint32_t digit = 1;
+
+    while (2 * digit <= block)
+        digit *= 2;
+    for (digit /= 2; digit; digit /= 2) {
+        uint32_t *wide = buffer;
+        int and_column = (block & digit) != 0;
+        uint32_t wide_span = 2 * span + (uint32_t)and_column;
+
+        double_span(sums, span, and_column, columns, n + block - wide_span, wide);
+        buffer = other;
+        other = wide;
+        sums = wide;
+        span = wide_span;
     }
+    return sums;
 }
 
 /* Ties stay with the smaller disparity: those come first. */
@@ -254,26 +268,27 @@ static void search_row(const pass_t *pass)
 {
     const dense_params_t *params = pass->params;
     uint32_t places = pass->width - params->block + 1;
+    const uint32_t *energy = 0;
     uint32_t d;
 
     forget_best(pass);
     if (params->method == MATCH_NCC)
-        box_sums(pass->energy[!params->reference_is_right], places, params->block, pass->partial,
-                 pass->block_energy);
+        energy = box_sums(pass->energy[!params->reference_is_right], places, params->block,
+                          pass->energy_buffers[0], pass->energy_buffers[1]);
     for (d = 0; d < params->disparities && d < places; d++) {
         uint32_t first = params->reference_is_right ? 0 : d; /* x - d must be in the picture */
         uint32_t other = params->reference_is_right ? d : 0; /* and so must x + d */
         uint32_t n = places - d;
+        const uint32_t *sums = box_sums(pass->columns + d * pass->width + first, n, params->block,
+                                        pass->buffers[0], pass->buffers[1]);
 
-        box_sums(pass->columns + d * pass->width + first, n, params->block, pass->partial,
-                 pass->sums);
         if (params->method == MATCH_NCC)
-            keep_best_correlated(pass->sums, pass->block_energy + other, n, d, pass->best + first,
+            keep_best_correlated(sums, energy + other, n, d, pass->best + first,
                                  pass->best_energy + first, pass->best_at + first);
         else if (params->method == MATCH_CORR)
-            keep_highest(pass->sums, n, d, pass->best + first, pass->best_at + first);
+            keep_highest(sums, n, d, pass->best + first, pass->best_at + first);
         else
-            keep_lowest(pass->sums, n, d, pass->best + first, pass->best_at + first);
+            keep_lowest(sums, n, d, pass->best + first, pass->best_at + first);
     }
 }
 
@@ -315,7 +330,7 @@ dense_error_t dense_map(const dense_eye_t *left, const dense_eye_t *right,
                         int16_t *disparity_q4, uint16_t out_stride)
 {
     dense_error_t error = check(left, right, params, work_words, out_stride);
-    pass_t pass = {left, right, params, left->width, 0, {0, 0}, 0, 0, 0, 0, 0, 0};
+    pass_t pass = {left, right, params, left->width, 0, {0, 0}, {0, 0}, 0, 0, 0, {0, 0}};
     uint32_t block = params->block;
     uint32_t y;
 

@@ -30,6 +30,16 @@
 typedef uint16_t column_row_t[COLUMNS + 32u];
 typedef uint16_t block_row_t[STRIP + 32u];
 
+/* What is found along one row of a strip. */
+typedef struct {
+    int16_t lowest[STRIP];  /* block sum, with bias */
+    int16_t limit[STRIP];   /* what a rival must exceed, with bias */
+    uint16_t at[STRIP];     /* disparity of the lowest */
+    uint16_t rivals[STRIP]; /* how many sums do not exceed the limit, itself included */
+    uint16_t before[STRIP]; /* sums at the disparity - 1 and + 1, without bias */
+    uint16_t after[STRIP];
+} findings_t;
+
 typedef struct {
     const bm_params_t *params;
     uint32_t width;
@@ -39,6 +49,7 @@ typedef struct {
     uint8_t *blank;        /* a row without gradient; pixel 0 */
     column_row_t *columns; /* [disparities + 1]: sums of columns; the last is texture */
     block_row_t *blocks;   /* [disparities + 1]: sums of blocks, likewise */
+    findings_t *found;     /* of the row at work */
     uint16_t *margins;     /* [disparities][margin]: see take_margins */
     uint16_t *costs;       /* for the left-right check: the smallest sum of each pixel */
     int16_t *map;
@@ -53,16 +64,6 @@ typedef struct {
     uint32_t start; /* its first result, counted from first_x */
     uint32_t length;
 } bm_t;
-
-/* What is found along one row of a strip. */
-typedef struct {
-    int16_t lowest[STRIP];  /* block sum, with bias */
-    int16_t limit[STRIP];   /* what a rival must exceed, with bias */
-    uint16_t at[STRIP];     /* disparity of the lowest */
-    uint16_t rivals[STRIP]; /* how many sums do not exceed the limit, itself included */
-    uint16_t before[STRIP]; /* sums at the disparity - 1 and + 1, without bias */
-    uint16_t after[STRIP];
-} findings_t;
 
 bm_params_t bm_defaults(uint8_t block, uint16_t disparities)
 {
@@ -93,6 +94,7 @@ uint32_t bm_work_words(uint16_t width, uint16_t height, const bm_params_t *param
         return 0;
     bytes = plane_stride(width) * (2u * height + 1u);
     bytes += (uint32_t)(sizeof(column_row_t) + sizeof(block_row_t)) * (params->disparities + 1u);
+    bytes += (uint32_t)sizeof(findings_t);
     if (params->left_right_max >= 0) {
         bytes += 2u * params->disparities * (params->block / 2u);
         bytes += 2u * width * height;
@@ -447,18 +449,18 @@ static void search_strip_row(const bm_t *bm, uint32_t y)
 {
     const bm_params_t *params = bm->params;
     const block_row_t *blocks = (const block_row_t *)bm->blocks;
-    findings_t found = {0};
+    findings_t *found = bm->found;
     int16_t steps[STRIP];
     int16_t row[STRIP];
 
     sum_blocks((const column_row_t *)bm->columns, params->block, params->disparities, bm->blocks);
-    find_lowest(blocks, params->disparities, found.lowest);
-    set_limits(params->uniqueness_percent, found.lowest, found.limit);
-    find_rivals(blocks, params->disparities, found.lowest, found.limit, found.at, found.rivals);
-    find_neighbours(blocks, params->disparities, &found);
-    refine(&found, steps);
-    finish_row(params, &found, steps, blocks[params->disparities], row);
-    copy_row(bm, y, &found, row);
+    find_lowest(blocks, params->disparities, found->lowest);
+    set_limits(params->uniqueness_percent, found->lowest, found->limit);
+    find_rivals(blocks, params->disparities, found->lowest, found->limit, found->at, found->rivals);
+    find_neighbours(blocks, params->disparities, found);
+    refine(found, steps);
+    finish_row(params, found, steps, blocks[params->disparities], row);
+    copy_row(bm, y, found, row);
 }
 
 static void fill_sums(uint16_t *sums, uint32_t count)
@@ -528,7 +530,8 @@ static uint32_t *share_out(bm_t *bm, uint32_t *work)
 
     bm->columns = (column_row_t *)halves;
     bm->blocks = (block_row_t *)(bm->columns + params->disparities + 1u);
-    halves = (uint16_t *)(bm->blocks + params->disparities + 1u);
+    bm->found = (findings_t *)(bm->blocks + params->disparities + 1u);
+    halves = (uint16_t *)(bm->found + 1);
     if (bm->margin) {
         bm->margins = halves;
         bm->costs = bm->margins + params->disparities * bm->margin;
