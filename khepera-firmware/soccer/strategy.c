@@ -17,7 +17,7 @@
 /* Times, ticks of 10 ms. */
 #define PLAN_TICKS            5 /* shot and way around are chosen so often */
 #define BALL_UNSEEN_TICKS     35
-#define BALL_FORGET_TICKS     900
+#define BALL_FORGET_TICKS     450
 #define BALL_ROLLED_TICKS     100 /* where a ball rolled to is a guess */
 #define OPPONENT_UNSEEN_TICKS 60
 #define SEARCH_TICKS          400
@@ -349,16 +349,23 @@ static void look(strategy_t *strategy, const world_t *world)
     }
 }
 
-/* Out of where it is stuck: away from a wall towards the pitch's middle, forwards or backwards,
- * whatever is nearer; else backwards. */
+/* Out of where it is stuck: away from the opponent if he is near, from a wall towards the pitch's
+ * middle, forwards or backwards, whatever is nearer; else backwards. */
 static void begin_back_off(strategy_t *strategy, const world_t *world)
 {
+    const object_t *opponent = &world->opponent;
     pose_t pose;
     angle_t home;
+    int32_t dx;
+    int32_t dy;
 
     odometry_pose(&world->odometry, &pose);
     home = angle_wrap(angle_of(-pose.x_q4, -pose.y_q4) - pose.heading);
     strategy->escape = world->wall_ticks > 0 && angle_cos_q14(home) > 0 ? 1 : -1;
+    dx = opponent->x_q4 - pose.x_q4;
+    dy = opponent->y_q4 - pose.y_q4;
+    if (opponent->known && length_of(dx, dy) < OPPONENT_PASS_MM * 16)
+        strategy->escape = angle_cos_q14(angle_wrap(angle_of(dx, dy) - pose.heading)) > 0 ? -1 : 1;
     enter(strategy, STRATEGY_BACK_OFF);
 }
 
@@ -446,7 +453,7 @@ static void approach(strategy_t *strategy, const world_t *world, const situation
                  &x_q4, &y_q4);
     }
     drive_to(strategy, world, &now->pose, x_q4, y_q4, APPROACH_MM_S);
-    if (strategy->state_ticks > APPROACH_TICKS)
+    if (strategy->state_ticks > APPROACH_TICKS || is_there(&now->pose, x_q4, y_q4))
         begin_back_off(strategy, world);
 }
 

@@ -26,24 +26,28 @@
  * near to where it must be. */
 #define SINGLE_FACTOR         4
 #define SINGLE_GATE_MM        90
-/* Which goal is it? Not asked when looking along the goal lines. */
-#define SIDE_COS_MIN_Q14      3300
+#define SINGLE_GATE_NEAR_MM   35
+/* Which goal is it? Not asked when looking along the goal lines, beyond 65 degrees. */
+#define SIDE_COS_MIN_Q14      6900
 
-#define BALL_GATE_MM        60
-#define BALL_DOUBTS_MAX     3
+#define BALL_GATE_MM         60
+#define BALL_DOUBTS_MAX      3
 /* The ball's rolling loss, mm/s each tick: 0.2 m/s^2. An assumption; the filter corrects it. */
-#define BALL_SLOWING_MM_S   2
-#define BALL_SPEED_MAX_MM_S 1000
-#define ROLLS_MM_S          100u /* below, the speed is mostly noise */
-#define IN_PITCH_SLACK_MM   40
-#define WALL_SLACK_MM       15
-#define CONTACT_MM          (BALL_RADIUS + ROBOT_RADIUS)
+#define BALL_SLOWING_MM_S    2
+#define BALL_SPEED_MAX_MM_S  1000
+#define ROLLS_MM_S           100u /* below, the speed is mostly noise */
+#define IN_PITCH_SLACK_MM    40
+#define WALL_SLACK_MM        15
+/* Nearer than that, middle to middle, two robots overlap; only asked of a fresh sighting. */
+#define OVERLAP_MM           50
+#define OPPONENT_FRESH_TICKS 300
+#define CONTACT_MM           (BALL_RADIUS + ROBOT_RADIUS)
 /* Where an object must be to be expected in view. */
-#define VIEW_NEAR_MM        150
-#define VIEW_FAR_MM         900
-#define VIEW_HALF_ANGLE     ANGLE_DEGREES(19)
+#define VIEW_NEAR_MM         150
+#define VIEW_FAR_MM          900
+#define VIEW_HALF_ANGLE      ANGLE_DEGREES(19)
 /* Whether it should be in view is asked only so often: it costs a square root and an angle. */
-#define LOOK_TICKS          4u
+#define LOOK_TICKS           4u
 
 static int32_t clamp(int32_t value, int32_t low, int32_t high)
 {
@@ -189,35 +193,56 @@ static void grow_old(object_t *object, const pose_t *pose, int look)
         object->unseen_ticks = (uint16_t)(object->unseen_ticks + LOOK_TICKS);
 }
 
-/* No robot drives through a wall: where odometry says so, the wheels slip. */
-static void stay_on_pitch(world_t *world)
+/* Does the belief overlap with an opponent that was seen lately? */
+static int in_opponent(const world_t *world)
 {
-    int32_t in_goal = world->odometry.y_q16 < GOAL_HALF_WIDTH_MM * 65536 &&
-                              world->odometry.y_q16 > -GOAL_HALF_WIDTH_MM * 65536
-                          ? GOAL_DEPTH_MM
-                          : 0;
+    const object_t *opponent = &world->opponent;
+    int32_t dx = world->odometry.x_q16 / 4096 - opponent->x_q4;
+    int32_t dy = world->odometry.y_q16 / 4096 - opponent->y_q4;
+
+    return opponent->known && opponent->age_ticks < OPPONENT_FRESH_TICKS && dx < OVERLAP_MM * 16 &&
+           dx > -OVERLAP_MM * 16 && dy < OVERLAP_MM * 16 && dy > -OVERLAP_MM * 16 &&
+           length_of(dx, dy) < OVERLAP_MM * 16;
+}
+
+/* No robot drives through a wall or through another one: where odometry says so, the wheels slip.
+ * `before`: odometry before this tick. */
+static void stay_on_pitch(world_t *world, const odometry_t *before)
+{
+    int32_t in_goal =
+        before->y_q16 < GOAL_HALF_WIDTH_MM * 65536 && before->y_q16 > -GOAL_HALF_WIDTH_MM * 65536
+            ? GOAL_DEPTH_MM
+            : 0;
     int32_t limit_x = (PITCH_HALF_LENGTH_MM + in_goal - ROBOT_RADIUS + WALL_SLACK_MM) * 65536;
     int32_t limit_y = (PITCH_HALF_WIDTH_MM - ROBOT_RADIUS + WALL_SLACK_MM) * 65536;
     int32_t x = clamp(world->odometry.x_q16, -limit_x, limit_x);
     int32_t y = clamp(world->odometry.y_q16, -limit_y, limit_y);
+    int held = x != world->odometry.x_q16 || y != world->odometry.y_q16;
 
-    if (!world->localised || (x == world->odometry.x_q16 && y == world->odometry.y_q16)) {
-        world->wall_ticks = 0;
+    if (!world->localised)
         return;
-    }
     world->odometry.x_q16 = x;
     world->odometry.y_q16 = y;
-    count_up(&world->wall_ticks);
+    if (in_opponent(world)) {
+        world->odometry.x_q16 = before->x_q16;
+        world->odometry.y_q16 = before->y_q16;
+        held = 1;
+    }
+    if (held)
+        count_up(&world->wall_ticks);
+    else
+        world->wall_ticks = 0;
 }
 
 void world_tick(world_t *world, const int32_t counts[2])
 {
+    const odometry_t before = world->odometry;
     pose_t pose;
     int look;
 
     odometry_add(&world->odometry, counts[0], counts[1]);
     if (counts[0] != 0 || counts[1] != 0)
-        stay_on_pitch(world);
+        stay_on_pitch(world, &before);
     odometry_pose(&world->odometry, &pose);
     world->newest = (uint8_t)((world->newest + 1u) % WORLD_HISTORY);
     world->history[world->newest] = pose;
@@ -352,6 +377,14 @@ static int inside_pitch(int32_t x_q4, int32_t y_q4)
            y_q4 > -(PITCH_HALF_WIDTH_MM + IN_PITCH_SLACK_MM) * 16;
 }
 
+/* How far off a single post may be: the nearer it is, the better its place is known. */
+static int32_t single_gate_mm(const place_t edge[2])
+{
+    const place_t *post = edge[0].valid ? &edge[0] : &edge[1];
+
+    return clamp(SINGLE_GATE_NEAR_MM + GATE_SIGMAS * (int32_t)post->sigma_mm, 0, SINGLE_GATE_MM);
+}
+
 /* A whole goal was seen where none should be: be less sure of the own place. */
 static void doubt_place(world_t *world)
 {
@@ -407,8 +440,8 @@ static void see_goal(world_t *world, const place_t edge[2], const pose_t *then)
     total = world->position_var + var;
     off_mm = (int32_t)length_of(error.x_q4, error.y_q4) / 16;
     gate_mm = GATE_SIGMAS * (int32_t)square_root((uint32_t)total) + GATE_SLACK_MM;
-    if (seen == 1 && world->localised && gate_mm > SINGLE_GATE_MM)
-        gate_mm = SINGLE_GATE_MM;
+    if (seen == 1 && world->localised)
+        gate_mm = clamp(gate_mm, 0, single_gate_mm(edge));
     if (off_mm > gate_mm) {
         /* Once is an error of the eye; again and again it is one of ours: wheels slipped. */
         if (seen == 2)

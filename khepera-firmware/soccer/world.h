@@ -47,7 +47,8 @@ typedef struct {
     int32_t travel_rest;  /* counts not yet turned into variance */
     int32_t spin_rest;
     uint8_t position_doubts; /* consecutive goal sightings that did not fit */
-    uint16_t wall_ticks;     /* so long has odometry wanted to go through a wall; saturates */
+    uint16_t wall_ticks;     /* so long has odometry wanted to go through a wall or the
+                              * opponent; saturates */
     uint8_t localised;       /* a goal has been seen since the start */
     object_t ball;
     object_t opponent;
