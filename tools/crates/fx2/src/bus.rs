@@ -42,6 +42,8 @@ pub struct Completion {
     pub data: Vec<u8>,
     /// Bytes moved in the data stage, either way.
     pub length: usize,
+    /// What was asked for.
+    pub job: Job,
 }
 
 /// What a transfer does.
@@ -190,8 +192,13 @@ impl Bus {
 
     /// Queues a transfer. Transfers of one pipe run in order.
     pub fn submit(&mut self, id: u64, job: Job) {
+        self.resume(id, job, 0, Vec::new());
+    }
+
+    /// Queues a bulk transfer of which `done` bytes have been moved before; `data` is what was read.
+    pub fn resume(&mut self, id: u64, job: Job, done: usize, data: Vec<u8>) {
         let number = job.pipe();
-        let transfer = Transfer { id, job, stage: Stage::Setup, done: 0, data: Vec::new() };
+        let transfer = Transfer { id, job, stage: Stage::Setup, done, data };
         match self.pipes.iter_mut().find(|pipe| pipe.number == number) {
             Some(pipe) => pipe.queue.push_back(transfer),
             None => {
@@ -199,6 +206,13 @@ impl Bus {
                 self.pipes.push(Pipe { number, queue, rest_until: 0 });
             }
         }
+    }
+
+    /// Whether transfers of that endpoint (bit 7 = IN) are under way.
+    #[must_use]
+    pub fn is_endpoint_busy(&self, address: u8) -> bool {
+        let number = usize::from(address & 0x0F) | usize::from(address >> 7) << 4;
+        self.pipes.iter().any(|pipe| pipe.number == number && !pipe.queue.is_empty())
     }
 
     /// Takes a transfer back; what it has moved so far stays moved. `None` if it is over already.
@@ -279,7 +293,7 @@ impl Bus {
 
 impl Transfer {
     fn complete(self, status: Status) -> Completion {
-        Completion { id: self.id, status, data: self.data, length: self.done }
+        Completion { id: self.id, status, data: self.data, length: self.done, job: self.job }
     }
 
     fn step(&mut self, link: &mut impl Link, pipe: usize, toggles: &mut u32) -> Step {

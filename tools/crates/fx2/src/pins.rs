@@ -11,15 +11,15 @@ pub struct Driven {
     pub port: [u8; 5],
     /// Which of those pins are outputs (OEA..OEE).
     pub port_enable: [u8; 5],
-    /// CTL[5:0] of the GPIF; in slave-FIFO mode CTL[2:0] are the flags.
+    /// `CTL[5:0]` of the GPIF; in slave-FIFO mode `CTL[2:0]` are the flags.
     pub ctl: u8,
     /// Which CTL pins are driven.
     pub ctl_enable: u8,
-    /// FD[15:0].
+    /// `FD[15:0]`.
     pub fd: u16,
     /// Which FD pins are driven.
     pub fd_enable: u16,
-    /// GPIFADR[8:0].
+    /// `GPIFADR[8:0]`.
     pub gpifadr: u16,
     /// Which GPIFADR pins are driven.
     pub gpifadr_enable: u16,
@@ -30,9 +30,9 @@ pub struct Driven {
 pub struct Sensed {
     /// Ports A..E.
     pub port: [u8; 5],
-    /// RDY[5:0].
+    /// `RDY[5:0]`.
     pub rdy: u8,
-    /// FD[15:0].
+    /// `FD[15:0]`.
     pub fd: u16,
 }
 

@@ -34,7 +34,7 @@ impl Chip {
         self.reg(xdata::IFCONFIG) & IFCFG
     }
 
-    /// Port D carries FD[15:8].
+    /// Port D carries `FD[15:8]`.
     pub(crate) fn word_wide(&self) -> bool {
         self.eps.iter().any(Endpoint::word_wide)
     }
@@ -88,7 +88,7 @@ impl Chip {
         if self.word_wide() { 0xFFFF } else { 0x00FF }
     }
 
-    /// Puts an OUTPUT byte (or GPIFIDLECTL, which has the same form) on CTL[5:0].
+    /// Puts an OUTPUT byte (or GPIFIDLECTL, which has the same form) on `CTL[5:0]`.
     pub(crate) fn set_ctl(&mut self, output: u8) {
         let config = self.reg(xdata::GPIFCTLCFG);
         if config & TRICTL != 0 {

@@ -14,7 +14,7 @@ use crate::regs::xdata;
 use crate::time::IfClock;
 use sim::Ps;
 
-/// Which FIFO FIFOADR[1:0] selects.
+/// Which FIFO `FIFOADR[1:0]` selects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Fifo {
