@@ -17,16 +17,17 @@ typedef struct {
     const dense_eye_t *right;
     const dense_params_t *params;
     uint32_t width;
-    uint32_t *columns;     /* [disparities][width]: costs added up over the rows of the window */
-    uint32_t *energy[2];   /* NCC: squares added up over the window, of left and right */
-    uint32_t *buffers[2];  /* for box_sums */
-    uint32_t *best;        /* the best cost so far */
-    uint32_t *best_at;     /* its disparity */
-    uint32_t *best_energy; /* NCC: energy of the other eye's block there */
+    uint32_t *columns;      /* [disparities][width]: costs added up over the rows of the window */
+    uint32_t *energy[2];    /* NCC: squares added up over the window, of left and right */
+    uint32_t *buffers[2];   /* for box_sums */
+    const uint8_t *nothing; /* a row of zeros: what leaves the window while it fills */
+    uint32_t *best;         /* the best cost so far */
+    uint32_t *best_at;      /* its disparity */
+    uint32_t *best_energy;  /* NCC: energy of the other eye's block there */
     uint32_t *energy_buffers[2];
 } pass_t;
 
-#define ROW_BUFFERS     4u
+#define ROW_BUFFERS     5u
 #define NCC_ROW_BUFFERS 5u
 
 static int params_fit(const dense_params_t *p)
@@ -57,96 +58,137 @@ static void share_out(pass_t *pass, uint32_t *work)
     pass->buffers[1] = work + width;
     pass->best = work + 2 * width;
     pass->best_at = work + 3 * width;
+    pass->nothing = (const uint8_t *)(work + 4 * width);
     if (pass->params->method == MATCH_NCC) {
-        pass->energy[0] = work + 4 * width;
-        pass->energy[1] = work + 5 * width;
-        pass->best_energy = work + 6 * width;
-        pass->energy_buffers[0] = work + 7 * width;
-        pass->energy_buffers[1] = work + 8 * width;
+        pass->energy[0] = work + 5 * width;
+        pass->energy[1] = work + 6 * width;
+        pass->best_energy = work + 7 * width;
+        pass->energy_buffers[0] = work + 8 * width;
+        pass->energy_buffers[1] = work + 9 * width;
     }
 }
 
-/* Costs of n pixels. Unsigned arithmetic wraps: adding a row with sign 1 and later the same row
- * with sign -1 (all ones) leaves exactly the rest. */
+/* A row of both eyes, or of one eye twice. */
+typedef struct {
+    const uint8_t *a;
+    const uint8_t *b;
+} rows_t;
+
+/* sums[x] += cost of the pixels that enter the window - cost of those that leave it. Unsigned sums
+ * wrap and come back. */
 MULTIVERSION
-static void add_sad(const uint8_t *a, const uint8_t *b, uint32_t n, uint32_t sign, uint32_t *sums)
-{
-    uint32_t x;
-
-    for (x = 0; x < n; x++)
-        sums[x] += sign * (uint32_t)((a[x] > b[x] ? a[x] : b[x]) - (a[x] < b[x] ? a[x] : b[x]));
-}
-
-MULTIVERSION
-static void add_ssd(const uint8_t *a, const uint8_t *b, uint32_t n, uint32_t sign, uint32_t *sums)
-{
-    uint32_t x;
-
-    for (x = 0; x < n; x++)
-        sums[x] += sign * (uint32_t)((a[x] - b[x]) * (a[x] - b[x]));
-}
-
-MULTIVERSION
-static void add_product(const uint8_t *a, const uint8_t *b, uint32_t n, uint32_t sign,
-                        uint32_t *sums)
-{
-    uint32_t x;
-
-    for (x = 0; x < n; x++)
-        sums[x] += sign * (uint32_t)(a[x] * b[x]);
-}
-
-/* Hues: the shorter way round, to the power of 1 or 2. */
-MULTIVERSION
-static void add_hue(const uint8_t *a, const uint8_t *b, uint32_t n, int squared, uint32_t sign,
-                    uint32_t *sums)
+static void slide_sad(rows_t in, rows_t out, uint32_t n, uint32_t *restrict sums)
 {
     uint32_t x;
 
     for (x = 0; x < n; x++) {
-        int way = a[x] > b[x] ? a[x] - b[x] : b[x] - a[x];
+        uint8_t high_in = in.a[x] > in.b[x] ? in.a[x] : in.b[x];
+        uint8_t low_in = in.a[x] > in.b[x] ? in.b[x] : in.a[x];
+        uint8_t high_out = out.a[x] > out.b[x] ? out.a[x] : out.b[x];
+        uint8_t low_out = out.a[x] > out.b[x] ? out.b[x] : out.a[x];
+        int32_t change = (high_in - low_in) - (high_out - low_out);
 
-        way = way > FULL_HUE - way ? FULL_HUE - way : way;
-        sums[x] += sign * (uint32_t)(squared ? way * way : way);
+        sums[x] += (uint32_t)change;
     }
 }
 
-static void add_plane(const dense_params_t *params, int is_hue, const uint8_t *a, const uint8_t *b,
-                      uint32_t n, uint32_t sign, uint32_t *sums)
+MULTIVERSION
+static void slide_ssd(rows_t in, rows_t out, uint32_t n, uint32_t *restrict sums)
 {
-    if (higher_is_better(params->method))
-        add_product(a, b, n, sign, sums);
-    else if (is_hue)
-        add_hue(a, b, n, params->method == MATCH_SSD, sign, sums);
-    else if (params->method == MATCH_SSD)
-        add_ssd(a, b, n, sign, sums);
-    else
-        add_sad(a, b, n, sign, sums);
+    uint32_t x;
+
+    for (x = 0; x < n; x++) {
+        int16_t difference_in = (int16_t)(in.a[x] - in.b[x]);
+        int16_t difference_out = (int16_t)(out.a[x] - out.b[x]);
+
+        sums[x] += (uint32_t)(difference_in * difference_in - difference_out * difference_out);
+    }
 }
 
-/* Add row y (sign 1) to the window or take it out (sign -1). Column x of disparity d belongs to
- * reference pixel x; columns without a partner in the other eye stay 0 and are never used. */
-static void add_row(const pass_t *pass, uint32_t y, uint32_t sign)
+MULTIVERSION
+static void slide_product(rows_t in, rows_t out, uint32_t n, uint32_t *restrict sums)
 {
-    uint32_t row = y * pass->left->stride;
+    uint32_t x;
+
+    for (x = 0; x < n; x++)
+        sums[x] += (uint32_t)(in.a[x] * in.b[x] - out.a[x] * out.b[x]);
+}
+
+static inline int hue_difference(uint8_t a, uint8_t b)
+{
+    int way = a > b ? a - b : b - a;
+
+    return way > FULL_HUE - way ? FULL_HUE - way : way;
+}
+
+MULTIVERSION
+static void slide_hue(rows_t in, rows_t out, uint32_t n, int squared, uint32_t *restrict sums)
+{
+    uint32_t x;
+
+    for (x = 0; x < n; x++) {
+        int way_in = hue_difference(in.a[x], in.b[x]);
+        int way_out = hue_difference(out.a[x], out.b[x]);
+
+        sums[x] += (uint32_t)(squared ? way_in * way_in - way_out * way_out : way_in - way_out);
+    }
+}
+
+static void slide_plane(const dense_params_t *params, int is_hue, rows_t in, rows_t out, uint32_t n,
+                        uint32_t *sums)
+{
+    if (higher_is_better(params->method))
+        slide_product(in, out, n, sums);
+    else if (is_hue)
+        slide_hue(in, out, n, params->method == MATCH_SSD, sums);
+    else if (params->method == MATCH_SSD)
+        slide_ssd(in, out, n, sums);
+    else
+        slide_sad(in, out, n, sums);
+}
+
+/* Rows of the two eyes at disparity d: as many pixels of both as have a partner. */
+static rows_t partners(rows_t rows, uint32_t d)
+{
+    rows_t moved = {rows.a + d, rows.b};
+
+    return moved;
+}
+
+static rows_t twice(const uint8_t *row)
+{
+    rows_t rows = {row, row};
+
+    return rows;
+}
+
+/* Let row y enter the window and the row one block above it leave, if there is one. Column x of
+ * disparity d belongs to reference pixel x; columns without a partner in the other eye stay 0 and
+ * are never used. */
+static void slide_window(const pass_t *pass, uint32_t y)
+{
+    const dense_params_t *params = pass->params;
+    uint32_t stride = pass->left->stride;
     uint32_t plane;
     uint32_t d;
 
-    for (plane = 0; plane < pass->params->planes; plane++) {
-        const uint8_t *left = pass->left->planes[plane] + row;
-        const uint8_t *right = pass->right->planes[plane] + row;
-        int is_hue = pass->params->hue_first && plane == 0;
+    for (plane = 0; plane < params->planes; plane++) {
+        const uint8_t *left = pass->left->planes[plane] + y * stride;
+        const uint8_t *right = pass->right->planes[plane] + y * stride;
+        rows_t in = {left, right};
+        rows_t out = twice(pass->nothing);
 
-        for (d = 0; d < pass->params->disparities && d < pass->width; d++) {
-            uint32_t *columns = pass->columns + d * pass->width;
-
-            if (!pass->params->reference_is_right)
-                columns += d;
-            add_plane(pass->params, is_hue, left + d, right, pass->width - d, sign, columns);
+        if (y >= params->block) {
+            out.a = left - params->block * stride;
+            out.b = right - params->block * stride;
         }
-        if (pass->params->method == MATCH_NCC) {
-            add_product(left, left, pass->width, sign, pass->energy[0]);
-            add_product(right, right, pass->width, sign, pass->energy[1]);
+        for (d = 0; d < params->disparities && d < pass->width; d++)
+            slide_plane(params, params->hue_first && plane == 0, partners(in, d), partners(out, d),
+                        pass->width - d,
+                        pass->columns + d * pass->width + (params->reference_is_right ? 0 : d));
+        if (params->method == MATCH_NCC) {
+            slide_product(twice(in.a), twice(out.a), pass->width, pass->energy[0]);
+            slide_product(twice(in.b), twice(out.b), pass->width, pass->energy[1]);
         }
     }
 }
@@ -330,24 +372,27 @@ dense_error_t dense_map(const dense_eye_t *left, const dense_eye_t *right,
                         int16_t *disparity_q4, uint16_t out_stride)
 {
     dense_error_t error = check(left, right, params, work_words, out_stride);
-    pass_t pass = {left, right, params, left->width, 0, {0, 0}, {0, 0}, 0, 0, 0, {0, 0}};
+    pass_t pass = {0};
     uint32_t block = params->block;
     uint32_t y;
 
     if (error != DENSE_OK)
         return error;
+    pass.left = left;
+    pass.right = right;
+    pass.params = params;
+    pass.width = left->width;
     share_out(&pass, work);
     for (y = 0; y < dense_work_words(left->width, params); y++)
         work[y] = 0;
     for (y = 0; y < block / 2; y++)
         fill_row(disparity_q4 + y * out_stride, pass.width);
     for (y = 0; y < left->height; y++) {
-        add_row(&pass, y, 1);
+        slide_window(&pass, y);
         if (y + 1 < block)
             continue;
         search_row(&pass);
         put_row(&pass, disparity_q4 + (y + 1 - block + block / 2) * out_stride);
-        add_row(&pass, y + 1 - block, UINT32_MAX);
     }
     for (y = left->height - block + 1 + block / 2; y < left->height; y++)
         fill_row(disparity_q4 + y * out_stride, pass.width);
