@@ -209,17 +209,34 @@ static inline void add_three(const uint16_t *a, const uint16_t *b, const uint16_
         sums[x] = (uint16_t)(a[x] + b[x] + c[x]);
 }
 
-/* Block sums of all disparities, and of texture behind them. */
+/* The last of the three additions, which also keeps the lowest block sum of each place. */
+static inline void add_last_three(const uint16_t *a, const uint16_t *b, const uint16_t *c,
+                                  uint16_t *restrict sums, int16_t *restrict lowest)
+{
+    uint32_t x;
+
+    for (x = 0; x < STRIP; x++) {
+        uint16_t sum = (uint16_t)(a[x] + b[x] + c[x]);
+
+        sums[x] = sum;
+        lowest[x] = (int16_t)sum < lowest[x] ? (int16_t)sum : lowest[x];
+    }
+}
+
+/* Block sums of all disparities, and their minimum; behind them those of texture. */
 MULTIVERSION
 static void sum_blocks(const column_row_t *columns, uint32_t block, uint32_t disparities,
-                       block_row_t *blocks)
+                       block_row_t *blocks, int16_t *restrict lowest)
 {
     column_row_t threes = {0};
     column_row_t many = {0};
+    int16_t no_matter[STRIP] = {0};
     const term_t *terms = block_terms[(block - BM_MIN_BLOCK) / 2];
     uint32_t d;
-    int i;
+    uint32_t i;
 
+    for (i = 0; i < STRIP; i++)
+        lowest[i] = INT16_MAX;
     for (d = 0; d <= disparities; d++) {
         const uint16_t *ones = columns[d];
         const uint16_t *kinds[] = {ones, threes, many};
@@ -231,29 +248,7 @@ static void sum_blocks(const column_row_t *columns, uint32_t block, uint32_t dis
         if (block >= FIRST_BLOCK_OF_MANY)
             add_three(threes, threes + 3, block == BLOCK_OF_SEVENS ? ones + 6 : threes + 6, COLUMNS,
                       many);
-        add_three(term[0], term[1], term[2], STRIP, blocks[d]);
-    }
-}
-
-/* The smallest of all block sums at each place. Here and in find_rivals it is the outer loop
- * that becomes vectors, for which the inner one must be known to run at least once. */
-MULTIVERSION
-static void find_lowest(const block_row_t *restrict blocks, uint32_t disparities,
-                        int16_t *restrict lowest)
-{
-    uint32_t x;
-    uint32_t d;
-
-    for (x = 0; x < STRIP; x++) {
-        int16_t least = INT16_MAX;
-
-        d = 0;
-        do {
-            int16_t sum = (int16_t)blocks[d][x];
-
-            least = sum < least ? sum : least;
-        } while (++d < disparities);
-        lowest[x] = least;
+        add_last_three(term[0], term[1], term[2], blocks[d], d < disparities ? lowest : no_matter);
     }
 }
 
@@ -272,7 +267,8 @@ static void set_limits(uint32_t percent, const int16_t *restrict lowest, int16_t
 }
 
 /* Where the lowest sum is, ties to the larger disparity, and how many sums do not exceed the limit.
- */
+ * It is the outer loop that becomes vectors, with the inner one's state in registers; for that the
+ * inner one must be known to run at least once. */
 MULTIVERSION
 static void find_rivals(const block_row_t *restrict blocks, uint32_t disparities,
                         const int16_t *restrict lowest, const int16_t *restrict limit,
@@ -453,8 +449,8 @@ static void search_strip_row(const bm_t *bm, uint32_t y)
     int16_t steps[STRIP];
     int16_t row[STRIP];
 
-    sum_blocks((const column_row_t *)bm->columns, params->block, params->disparities, bm->blocks);
-    find_lowest(blocks, params->disparities, found->lowest);
+    sum_blocks((const column_row_t *)bm->columns, params->block, params->disparities, bm->blocks,
+               found->lowest);
     set_limits(params->uniqueness_percent, found->lowest, found->limit);
     find_rivals(blocks, params->disparities, found->lowest, found->limit, found->at, found->rivals);
     find_neighbours(blocks, params->disparities, found);
