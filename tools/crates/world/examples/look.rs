@@ -7,7 +7,8 @@ use std::time::Instant;
 use world::camera::{Camera, Eye, HEIGHT, WIDTH};
 use world::physics::Pose;
 use world::render::{Frame, Scene};
-use world::{BallColour, Setup, World, render};
+use world::sensor::Sensors;
+use world::{BallColour, Noise, Setup, World, render};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
@@ -29,11 +30,22 @@ fn eyes(folder: &Path) -> Outcome {
             best = best.min(start.elapsed().as_secs_f64());
         }
         println!("{name}: {:.2} ms", best * 1000.0);
-        let bytes = frame.iter().flat_map(|c| c.map(|v| (v * 255.0 + 0.5) as u8)).collect();
-        image::RgbImage::from_raw(WIDTH as u32, HEIGHT as u32, bytes)
-            .ok_or("size")?
-            .save(folder.join(format!("{name}.png")))?;
+        for (noise, level) in [(Noise::Measured, "measured"), (Noise::Harsh, "harsh")] {
+            let mut sensors = Sensors::new(noise, 1, 0).ok_or("perfect")?;
+            let mut seen = frame.clone();
+            let start = Instant::now();
+            sensors.expose(eye, &mut seen);
+            println!("{level}: {:.2} ms more", start.elapsed().as_secs_f64() * 1000.0);
+            save(&seen, &folder.join(format!("{name}_{level}.png")))?;
+        }
+        save(&frame, &folder.join(format!("{name}.png")))?;
     }
+    Ok(())
+}
+
+fn save(frame: &Frame, file: &Path) -> Outcome {
+    let bytes = frame.iter().flat_map(|c| c.map(|v| (v * 255.0 + 0.5) as u8)).collect();
+    image::RgbImage::from_raw(WIDTH as u32, HEIGHT as u32, bytes).ok_or("size")?.save(file)?;
     Ok(())
 }
 

@@ -12,6 +12,7 @@ pub mod pitch;
 pub mod proximity;
 pub mod referee;
 pub mod render;
+pub mod sensor;
 mod shade;
 mod stretch;
 
@@ -24,6 +25,8 @@ use camera::{Camera, Eye, HEIGHT, WIDTH};
 use physics::{Physics, Pose};
 pub use render::BallColour;
 use render::{Frame, Scene};
+pub use sensor::Noise;
+use sensor::Sensors;
 
 /// Simulated time of one [`World::step`].
 pub const TICK: Ps = MS;
@@ -57,6 +60,8 @@ pub struct Setup {
     pub eyes: Eyes,
     /// Colour of the ball.
     pub ball: BallColour,
+    /// How bad the cameras are.
+    pub noise: Noise,
 }
 
 /// Where things have been, for the picture.
@@ -87,6 +92,7 @@ pub struct World {
     tracks: Tracks,
     seen: [Vec<Moment>; 2],
     frame: Frame,
+    sensors: [Option<Sensors>; 2],
 }
 
 impl World {
@@ -102,6 +108,7 @@ impl World {
             tracks: Tracks::default(),
             seen: [Vec::new(), Vec::new()],
             frame: Frame::new(),
+            sensors: [0, 1].map(|robot| Sensors::new(setup.noise, setup.seed, robot)),
         };
         world.track();
         world
@@ -204,6 +211,10 @@ impl World {
         if self.setup.eyes == Eyes::Open {
             let camera = Camera::of_robot(moment.robots[robot], eye);
             render::render(&camera, &self.scene(moment, robot), &mut frame);
+            // As bad as the frame was; only that frame's noise is not kept.
+            if let Some(mut sensors) = self.sensors[robot].clone() {
+                sensors.expose(eye, &mut frame);
+            }
         }
         RgbImage::from_fn(WIDTH as u32, HEIGHT as u32, |x, y| {
             let colour = frame.get(y as usize * WIDTH + x as usize);
@@ -256,6 +267,9 @@ impl World {
             }
             let camera = Camera::of_robot(moment.robots[robot], eye);
             render::render(&camera, &self.scene(&moment, robot), &mut self.frame);
+            if let Some(sensors) = &mut self.sensors[robot] {
+                sensors.expose(eye, &mut self.frame);
+            }
             for (pixel, colour) in pixels.iter_mut().zip(&self.frame) {
                 let [r, g, b] = colour.map(to_byte);
                 *pixel = rgb565(r, g, b);

@@ -1,0 +1,330 @@
+//! What the cameras make of the light: noise, unequal eyes, white balance, vignetting, blur, rows that
+//! do not match.
+//!
+//! Two qualities beside the perfect one, after the tiers of host-tests/data/scenes: those scenes state
+//! what their renderer's sensor did, and the ranges here enclose what they state. No camera of a real
+//! robot has been measured. What both eyes of a robot are like is drawn once, when they are made;
+//! the noise is drawn for each pixel of each frame.
+
+use rand_core::Rng;
+use rand_pcg::Pcg64Mcg;
+use sim::device_rng;
+
+use crate::camera::{Eye, HEIGHT, WIDTH};
+use crate::render::Frame;
+
+/// How bad the cameras are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Noise {
+    /// Perfect.
+    #[default]
+    None,
+    /// As cameras are: noise of 2 to 3 of 255, eyes that differ by up to 4 % in gain, white balance
+    /// that is off, vignetting, a slight blur.
+    Measured,
+    /// A bad day: noise of 5 to 6, half the light, that warm and uneven, eyes that differ by up to 10 %
+    /// and by up to 1.5 rows.
+    Harsh,
+}
+
+/// Ranges from which a pair of eyes is drawn.
+struct Ranges {
+    /// Deviation of the noise, of 255.
+    noise: [f64; 2],
+    exposure: [f64; 2],
+    /// Each eye's gain is off by up to so much, one up and the other down.
+    unequal: f64,
+    /// Red's and blue's gain are off by up to so much in both eyes, and by `balance_apart` in each.
+    balance: f64,
+    balance_apart: f64,
+    /// Colour of the light.
+    tint: [f64; 3],
+    /// What a corner of the picture loses.
+    vignette: [f64; 2],
+    /// Deviation of the blur.
+    blur_px: [f64; 2],
+    /// The right edge of the picture gets up to so much more or less light than its middle.
+    uneven: f64,
+    /// The left eye is up to so many rows off.
+    misaligned_px: f64,
+}
+
+const MEASURED: Ranges = Ranges {
+    noise: [2.0, 3.0],
+    exposure: [0.85, 1.0],
+    unequal: 0.02,
+    balance: 0.06,
+    balance_apart: 0.01,
+    tint: [1.0, 1.0, 1.0],
+    vignette: [0.10, 0.26],
+    blur_px: [0.45, 0.75],
+    uneven: 0.0,
+    misaligned_px: 0.0,
+};
+
+const HARSH: Ranges = Ranges {
+    noise: [5.0, 6.0],
+    exposure: [0.45, 0.6],
+    unequal: 0.05,
+    balance: 0.02,
+    balance_apart: 0.015,
+    tint: [1.0, 0.92, 0.72],
+    vignette: [0.10, 0.26],
+    blur_px: [0.6, 0.85],
+    uneven: 0.15,
+    misaligned_px: 1.5,
+};
+
+/// Channels of a row.
+const ROW: usize = 3 * WIDTH;
+/// A blur reaches so many pixels to either side.
+const REACH: usize = 2;
+/// Bits that choose one of the normally distributed numbers.
+const NORMAL_BITS: u32 = 12;
+
+/// Both eyes of a robot.
+#[derive(Clone)]
+pub struct Sensors {
+    /// Factors for red, green and blue, in units of 1/255.
+    gain: [[f32; 3]; 2],
+    /// Left of that where a pixel is, row by row.
+    light: Vec<f32>,
+    /// Weights of the pixel and its neighbours to one side.
+    blur: [f32; REACH + 1],
+    misaligned_px: f64,
+    noise: f32,
+    rng: Pcg64Mcg,
+    normals: Vec<f32>,
+    rows: Vec<f32>,
+}
+
+/// Uniform in low..high.
+fn between(rng: &mut Pcg64Mcg, [low, high]: [f64; 2]) -> f64 {
+    low + (high - low) * (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+}
+
+fn around(rng: &mut Pcg64Mcg, most: f64) -> f64 {
+    between(rng, [-most, most])
+}
+
+impl Sensors {
+    /// The eyes of one robot, `robot`, in the match of that seed; None for perfect ones.
+    pub fn new(noise: Noise, seed: u64, robot: usize) -> Option<Self> {
+        let ranges = match noise {
+            Noise::None => return None,
+            Noise::Measured => &MEASURED,
+            Noise::Harsh => &HARSH,
+        };
+        let mut rng =
+            device_rng(seed, if robot == 0 { "eyes of robot 0" } else { "eyes of robot 1" });
+        let exposure = between(&mut rng, ranges.exposure) * 255.0;
+        let unequal = around(&mut rng, ranges.unequal);
+        let balance = [around(&mut rng, ranges.balance), 0.0, around(&mut rng, ranges.balance)];
+        let gain = [1.0 + unequal, 1.0 - unequal].map(|eye| {
+            [0, 1, 2].map(|channel| {
+                let apart = if channel == 1 { 0.0 } else { around(&mut rng, ranges.balance_apart) };
+                let white = 1.0 + balance[channel] + apart;
+                (exposure * eye * white * ranges.tint[channel]) as f32
+            })
+        });
+        let vignette = between(&mut rng, ranges.vignette);
+        let uneven = around(&mut rng, ranges.uneven);
+        Some(Self {
+            gain,
+            light: light(vignette, uneven),
+            blur: blur(between(&mut rng, ranges.blur_px)),
+            misaligned_px: around(&mut rng, ranges.misaligned_px),
+            noise: between(&mut rng, ranges.noise) as f32,
+            rng,
+            normals: normals(),
+            rows: Vec::new(),
+        })
+    }
+
+    /// Turn what falls on an eye into what its sensor gives: still 0..1 a channel, but in steps of
+    /// 1/255.
+    pub fn expose(&mut self, eye: Eye, frame: &mut Frame) {
+        let (gain, misaligned_px) = match eye {
+            Eye::Left => (self.gain[0], self.misaligned_px),
+            Eye::Right => (self.gain[1], 0.0),
+        };
+        self.blur_along(frame);
+        self.blur_down(misaligned_px, frame);
+        let pick = (1 << NORMAL_BITS) - 1;
+        for (pixel, light) in frame.iter_mut().zip(&self.light) {
+            let mut bits = self.rng.next_u64();
+            for (channel, gain) in pixel.iter_mut().zip(gain) {
+                let noise = self.noise * self.normals[(bits & pick) as usize];
+                bits >>= NORMAL_BITS;
+                let level = *channel * light * gain + noise;
+                *channel = f32::from((level + 0.5).clamp(0.0, 255.0) as u8) / 255.0;
+            }
+        }
+    }
+
+    /// Blur the rows of `frame` along themselves, into `rows`.
+    fn blur_along(&mut self, frame: &Frame) {
+        self.rows.clear();
+        let mut padded = [0.0_f32; ROW + 6 * REACH];
+        for row in frame.chunks_exact(WIDTH) {
+            padded[3 * REACH..3 * REACH + ROW].copy_from_slice(row.as_flattened());
+            for i in 0..3 * REACH {
+                padded[i] = row[0][i % 3];
+                padded[3 * REACH + ROW + i] = row[WIDTH - 1][i % 3];
+            }
+            let start = self.rows.len();
+            self.rows.resize(start + ROW, 0.0);
+            let out = &mut self.rows[start..];
+            for step in 0..=2 * REACH {
+                let weight = self.blur[step.abs_diff(REACH)];
+                for (sum, value) in out.iter_mut().zip(&padded[3 * step..]) {
+                    *sum += weight * value;
+                }
+            }
+        }
+    }
+
+    /// Blur `rows` across, moved down by so many pixels, back into `frame`.
+    fn blur_down(&self, shift_px: f64, frame: &mut Frame) {
+        let whole = libm::floor(shift_px);
+        let share = (shift_px - whole) as f32;
+        let row = |y: isize| {
+            let y = y.clamp(0, HEIGHT as isize - 1) as usize;
+            &self.rows[y * ROW..(y + 1) * ROW]
+        };
+        for (y, out) in (0..).zip(frame.chunks_exact_mut(WIDTH)) {
+            let out = out.as_flattened_mut();
+            out.fill(0.0);
+            // Each row comes to lie between two: blurring and moving make one kernel.
+            for step in 0..=2 * REACH + 1 {
+                let weight = |step: usize| self.blur.get(step.abs_diff(REACH)).unwrap_or(&0.0);
+                let before = if step == 0 { 0.0 } else { *weight(step - 1) };
+                let weight = weight(step) * (1.0 - share) + before * share;
+                let from = y - whole as isize + REACH as isize - step as isize;
+                for (sum, value) in out.iter_mut().zip(row(from)) {
+                    *sum += weight * value;
+                }
+            }
+        }
+    }
+}
+
+/// What is left of the light at each pixel.
+fn light(vignette: f64, uneven: f64) -> Vec<f32> {
+    let (half_x, half_y) = ((WIDTH - 1) as f64 / 2.0, (HEIGHT - 1) as f64 / 2.0);
+    let square = half_x * half_x + half_y * half_y;
+    (0..WIDTH * HEIGHT)
+        .map(|i| {
+            let (x, y) = ((i % WIDTH) as f64 - half_x, (i / WIDTH) as f64 - half_y);
+            ((1.0 - vignette * (x * x + y * y) / square) * (1.0 + uneven * x / half_x)) as f32
+        })
+        .collect()
+}
+
+/// Weights of a Gauss of this deviation.
+fn blur(deviation_px: f64) -> [f32; REACH + 1] {
+    let weight = |i: usize| libm::exp(-((i * i) as f64) / (2.0 * deviation_px * deviation_px));
+    let sum = weight(0) + 2.0 * (1..=REACH).map(weight).sum::<f64>();
+    core::array::from_fn(|i| (weight(i) / sum) as f32)
+}
+
+/// Normally distributed numbers, each as probable as any other: quantiles in the middle of as many
+/// equal parts.
+fn normals() -> Vec<f32> {
+    let half = 1_usize << (NORMAL_BITS - 1);
+    let mut upper = Vec::with_capacity(half);
+    let mut x = 0.0_f64;
+    for i in 0..half {
+        let wanted = 0.5 + (i as f64 + 0.5) / (2 * half) as f64;
+        // Newton's method, from the quantile before.
+        for _ in 0..6 {
+            let reached = 0.5 * (1.0 + libm::erf(x * core::f64::consts::FRAC_1_SQRT_2));
+            let density = libm::exp(-x * x / 2.0) * 0.398_942_280_401_432_7;
+            x += (wanted - reached) / density;
+        }
+        upper.push(x as f32);
+    }
+    upper.iter().rev().map(|x| -x).chain(upper.iter().copied()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn flat(level: f32) -> Frame {
+        vec![[level; 3]; WIDTH * HEIGHT]
+    }
+
+    fn moments(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+        let count = values.clone().count() as f64;
+        let mean = values.clone().sum::<f64>() / count;
+        let square = values.map(|v| (v - mean) * (v - mean)).sum::<f64>() / count;
+        (mean, libm::sqrt(square))
+    }
+
+    #[test]
+    fn the_numbers_are_normally_distributed() {
+        let (mean, deviation) = moments(normals().into_iter().map(f64::from));
+        assert!(mean.abs() < 1e-6 && (deviation - 1.0).abs() < 2e-3, "{mean} {deviation}");
+    }
+
+    #[test]
+    fn noise_and_light_lie_in_the_ranges_of_the_scenes() {
+        // The ranges, widened by what 400 pixels tell of a deviation.
+        for (noise, deviation, level) in
+            [(Noise::Measured, 1.7..3.4, 80.0..135.0), (Noise::Harsh, 4.4..6.7, 45.0..85.0)]
+        {
+            for seed in 0..8 {
+                let mut eyes = Sensors::new(noise, seed, 0).expect("not perfect");
+                let mut frame = flat(0.5);
+                eyes.expose(Eye::Right, &mut frame);
+                // In the middle vignetting hardly matters.
+                let middle = (110..130).flat_map(|y| (150..170).map(move |x| y * WIDTH + x));
+                let green = middle.map(|i| f64::from(frame[i][1]) * 255.0);
+                let (mean, sigma) = moments(green);
+                assert!(level.contains(&mean), "{noise:?} {seed}: level {mean}");
+                assert!(deviation.contains(&sigma), "{noise:?} {seed}: noise {sigma}");
+            }
+        }
+    }
+
+    #[test]
+    fn only_the_left_eye_is_rows_off() {
+        let mut found = 0.0_f64;
+        for seed in 0..12 {
+            let mut eyes = Sensors::new(Noise::Harsh, seed, 0).expect("not perfect");
+            // Not black: noise about black has lost its lower half.
+            let edge = |eye: Eye, eyes: &mut Sensors| {
+                let mut frame = flat(1.0);
+                frame[..120 * WIDTH].fill([0.3; 3]);
+                eyes.expose(eye, &mut frame);
+                let mean = |rows: core::ops::Range<usize>| {
+                    let places = rows.flat_map(|y| (100..220).map(move |x| y * WIDTH + x));
+                    moments(places.map(|i| f64::from(frame[i][1]))).0
+                };
+                let (dark, bright) = (mean(108..114), mean(126..132));
+                132.0 - 24.0 * (mean(108..132) - dark) / (bright - dark)
+            };
+            let (left, right) = (edge(Eye::Left, &mut eyes), edge(Eye::Right, &mut eyes));
+            assert!((right - 120.0).abs() < 0.1, "seed {seed}: {right}");
+            assert!((left - right - eyes.misaligned_px).abs() < 0.1, "seed {seed}: {left} {right}");
+            found = found.max((left - right).abs());
+        }
+        assert!((0.7..1.6).contains(&found), "{found}");
+    }
+
+    #[test]
+    fn eyes_are_the_same_for_a_seed_and_differ_between_robots() {
+        let shot = |seed: u64, robot: usize| {
+            let mut frame = flat(0.4);
+            Sensors::new(Noise::Measured, seed, robot)
+                .expect("not perfect")
+                .expose(Eye::Left, &mut frame);
+            frame
+        };
+        assert_eq!(shot(5, 0), shot(5, 0));
+        assert_ne!(shot(5, 0), shot(6, 0));
+        assert_ne!(shot(5, 0), shot(5, 1));
+        assert!(Sensors::new(Noise::None, 5, 0).is_none());
+    }
+}
