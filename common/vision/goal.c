@@ -181,12 +181,14 @@ static int is_same_edge(const band_t *band, const band_edge_t *left, const band_
     int b = wall_level(right, side);
     int brighter = a > b ? a : b;
     int x = (left->x_q4 + 8) / 16 + 2 * inwards;
+    int run;
 
     /* Eyes that differ by 10 percent either way differ by less than a quarter. */
     if (4 * (a > b ? a - b : b - a) > brighter)
         return 0;
-    return run_length(band->profile[EYE_LEFT], x, inwards, black_limit(left, side), 1) >=
-           MIN_BLACK_PX - 2;
+    run = run_length(band->profile[EYE_LEFT], x, inwards, black_limit(left, side), 1);
+    /* The border may cut the black short. */
+    return run >= MIN_BLACK_PX - 2 || x + inwards * run < 0 || x + inwards * run >= CAMERA_WIDTH_PX;
 }
 
 /* Match the edge's block in the left eye; fills disparity and certainty, 0 if it has no match. */
