@@ -193,19 +193,22 @@ static void slide_window(const pass_t *pass, uint32_t y)
     }
 }
 
-/* wide[x] = sums[x] + sums[x + span], and the column after both if asked for. */
+/* wide[x] = sums[x] + sums[x + span], and the column after both if asked for. Pointers, because the
+ * compiler must allow for an index x + span that wraps, and then finds no vectors. */
 MULTIVERSION
 static void double_span(const uint32_t *restrict sums, uint32_t span, int and_column,
                         const uint32_t *restrict columns, uint32_t n, uint32_t *restrict wide)
 {
+    const uint32_t *second = sums + span;
+    const uint32_t *column = columns + 2 * span;
     uint32_t x;
 
     if (and_column)
         for (x = 0; x < n; x++)
-            wide[x] = sums[x] + sums[x + span] + columns[x + 2 * span];
+            wide[x] = sums[x] + second[x] + column[x];
     else
         for (x = 0; x < n; x++)
-            wide[x] = sums[x] + sums[x + span];
+            wide[x] = sums[x] + second[x];
 }
 
 /* The sums of `block` columns at n places, in one of the two buffers or in the columns themselves.
