@@ -166,14 +166,14 @@ impl Args {
 
     fn bm(&self) -> Result<BmParams> {
         let block = self.block.unwrap_or(9);
-        if !dense::BM_BLOCKS.contains(&block) || block % 2 == 0 {
+        if !dense::BM_BLOCKS.contains(&block) || block.is_multiple_of(2) {
             bail!(Usage(format!(
                 "--block {block}: with --method bm it must be odd, {}..{}",
                 dense::BM_BLOCKS.start(),
                 dense::BM_BLOCKS.end()
             )));
         }
-        if self.disparities % dense::BM_DISPARITY_STEP != 0 {
+        if !self.disparities.is_multiple_of(dense::BM_DISPARITY_STEP) {
             bail!(Usage(format!(
                 "--disparities {}: with --method bm it must be a multiple of {}",
                 self.disparities,
