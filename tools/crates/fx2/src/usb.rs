@@ -246,11 +246,7 @@ impl Chip {
         self.usb.alternate = 0;
         self.usb.pointer = None;
         self.usb.ep0_busy = false;
-        self.usb.ep1_in.toggle = false;
-        self.usb.ep1_out.toggle = false;
-        for ep in &mut self.eps {
-            ep.toggle = false;
-        }
+        self.clear_toggles();
         self.set_speed(Speed::Full);
         self.int.raise_usb(usb::RESET);
         self.changed();
@@ -384,6 +380,7 @@ impl Chip {
             (0x02, request @ (0x01 | 0x03)) if setup[2] == 0 => match self.halt(setup[4]) {
                 Some(stall) => {
                     *stall = request == 0x03;
+                    self.clear_toggle(setup[4]);
                     Handler::CoreNoData
                 }
                 None => Handler::CoreStall,
@@ -399,14 +396,35 @@ impl Chip {
             (0x00, 0x09) if setup[2] <= 1 => {
                 self.usb.configuration = setup[2];
                 self.usb.alternate = 0;
+                self.clear_toggles();
                 Handler::CoreNoData
             }
             (0x81, 0x0A) if index == 0 => reply(vec![self.usb.alternate]),
             (0x01, 0x0B) if index == 0 && setup[2] < descriptors::ALTERNATE_COUNT => {
                 self.usb.alternate = setup[2];
+                self.clear_toggles();
                 Handler::CoreNoData
             }
             _ => Handler::CoreStall,
+        }
+    }
+
+    /// All endpoints but 0 start at DATA0, as after SET_CONFIGURATION (USB 2.0, 9.1.1.5).
+    fn clear_toggles(&mut self) {
+        self.usb.ep1_in.toggle = false;
+        self.usb.ep1_out.toggle = false;
+        for ep in &mut self.eps {
+            ep.toggle = false;
+        }
+    }
+
+    /// One endpoint starts at DATA0, as after CLEAR_FEATURE(ENDPOINT_HALT) (USB 2.0, 9.4.5).
+    fn clear_toggle(&mut self, address: u8) {
+        match address & 0x0F {
+            1 if address & 0x80 != 0 => self.usb.ep1_in.toggle = false,
+            1 => self.usb.ep1_out.toggle = false,
+            n @ (2 | 4 | 6 | 8) => self.eps[usize::from(n / 2 - 1)].toggle = false,
+            _ => {}
         }
     }
 
