@@ -10,6 +10,7 @@
 //! [`serve`] adds the socket and paces simulated time to the wall clock. Isochronous streams are not
 //! offered.
 
+mod kept;
 pub mod protocol;
 pub mod session;
 

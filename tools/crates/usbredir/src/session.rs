@@ -1,6 +1,7 @@
 //! One peer's session: its requests become transfers on the emulated bus, and the device's comings
 //! and goings become packets to the peer. Knows neither sockets nor clocks.
 
+use crate::kept::Kept;
 use crate::protocol::{
     Control, ENDPOINTS, Endpoint, Interface, ProtocolError, Reader, Request, Status, Writer,
 };
@@ -89,6 +90,7 @@ pub struct Session {
     configuration: u8,
     alternates: BTreeMap<u8, u8>,
     pending: BTreeMap<u64, Reply>,
+    kept: Kept,
     next_id: u64,
     /// Endpoints that are polled, with the number of the next packet.
     polled: BTreeMap<u8, u64>,
@@ -110,6 +112,7 @@ impl Session {
             configuration: 0,
             alternates: BTreeMap::new(),
             pending: BTreeMap::new(),
+            kept: Kept::default(),
             next_id: 0,
             polled: BTreeMap::new(),
             events: Vec::new(),
@@ -252,13 +255,34 @@ impl Session {
         let Some(packet) = size else {
             return self.writer.bulk(id, endpoint, Status::IoError, 0, &[]);
         };
+        // Kept data belong before what is under way; once others have overtaken them, they are lost.
+        if self.bus.is_endpoint_busy(endpoint) {
+            self.kept.forget_taken(endpoint);
+        }
         let number = endpoint & 0x0F;
-        let job = if endpoint & IN != 0 {
-            Job::In { number, length, packet }
+        let reply = Reply::Bulk(id, endpoint);
+        if endpoint & IN != 0 {
+            let (data, over) = self.kept.read(endpoint, length);
+            let job = Job::In { number, length, packet };
+            self.go_on(reply, job, data.len(), data, over);
         } else {
-            Job::Out { number, data, packet }
-        };
-        self.submit(job, Reply::Bulk(id, endpoint));
+            let done = self.kept.written(id, endpoint, &data);
+            let over = done == Some(data.len());
+            let job = Job::Out { number, data, packet };
+            self.go_on(reply, job, done.unwrap_or(0), Vec::new(), over);
+        }
+    }
+
+    /// Submits a transfer of which `done` bytes have been moved before, or answers it if that was all.
+    fn go_on(&mut self, reply: Reply, job: Job, done: usize, data: Vec<u8>, over: bool) {
+        let id = self.next_id;
+        self.next_id += 1;
+        if over {
+            let completion = Completion { id, status: bus::Status::Done, data, length: done, job };
+            return self.answer(reply, completion);
+        }
+        self.pending.insert(id, reply);
+        self.bus.resume(id, job, done, data);
     }
 
     fn interrupt_out(&mut self, id: u64, endpoint: u8, data: Vec<u8>) {
@@ -307,20 +331,21 @@ impl Session {
             }
             _ => None,
         });
-        if let Some(completion) = number.and_then(|number| self.bus.cancel(number)) {
-            self.complete(vec![completion]);
+        match number.and_then(|number| self.bus.cancel(number)) {
+            Some(completion) => self.complete(vec![completion]),
+            None => self.kept.recall(id),
         }
     }
 
     fn complete(&mut self, completed: Vec<Completion>) {
         for completion in completed {
             if let Some(reply) = self.pending.remove(&completion.id) {
-                self.answer(reply, &completion);
+                self.answer(reply, completion);
             }
         }
     }
 
-    fn answer(&mut self, reply: Reply, done: &Completion) {
+    fn answer(&mut self, reply: Reply, done: Completion) {
         let status = match done.status {
             bus::Status::Done => Status::Success,
             bus::Status::Stall => Status::Stall,
@@ -338,6 +363,11 @@ impl Session {
             }
             Reply::Bulk(id, endpoint) => {
                 self.writer.bulk(id, endpoint, status, done.length, &done.data);
+                match status {
+                    Status::Success => self.kept.answered(id, endpoint, done),
+                    Status::Cancelled => self.kept.taken_back(id, endpoint, done, false),
+                    _ => {}
+                }
             }
             Reply::InterruptOut(id, endpoint) => {
                 self.writer.interrupt(id, endpoint, status, done.length, &[]);
@@ -362,6 +392,7 @@ impl Session {
     fn note_control(&mut self, control: Control) {
         if (control.request_type, control.request, control.value) == (0x02, 1, 0) {
             self.bus.clear_toggle(control.index as u8);
+            self.kept.forget(control.index as u8);
         }
     }
 }
@@ -416,6 +447,7 @@ impl Session {
         self.polled.clear();
         let cancelled = self.bus.cancel_all();
         self.complete(cancelled);
+        self.kept = Kept::default();
     }
 
     /// A port reset: the device forgets its configuration, and gets its address again.
@@ -492,7 +524,9 @@ impl Session {
             if endpoint
                 .is_some_and(|endpoint| endpoint.kind != 0 && endpoint.interface == interface)
             {
-                self.bus.clear_toggle((number & 0x0F | (number & 0x10) << 3) as u8);
+                let address = (number & 0x0F | (number & 0x10) << 3) as u8;
+                self.bus.clear_toggle(address);
+                self.kept.forget(address);
             }
         }
         self.tell_settings();
