@@ -221,7 +221,7 @@ static int search(const search_t *s, match_t *match)
     match->cost = costs[best];
     match->second_cost = worst_cost(method);
     for (d = s->params->disparity_min; d <= s->params->disparity_max; d++)
-        if (valid[d] && (d < best - 1 || d > best + 1) &&
+        if ((d < best - 1 || d > best + 1) && valid[d] &&
             is_better(method, costs[d], match->second_cost))
             match->second_cost = costs[d];
     match->disparity_q4 = (uint16_t)(16 * best);

@@ -117,9 +117,12 @@ static int black_run(const band_t *band, const band_edge_t *edge, int side,
 static int goal_score(const band_t *band, const band_edge_t *left, const band_edge_t *right,
                       const opponent_extent_t *opponent)
 {
-    int run = left ? black_run(band, left, LEFT_EDGE, opponent)
-                   : black_run(band, right, RIGHT_EDGE, opponent);
+    int run;
 
+    if (!left && !right)
+        return 0;
+    run = left ? black_run(band, left, LEFT_EDGE, opponent)
+               : black_run(band, right, RIGHT_EDGE, opponent);
     if (run < MIN_RUN_PX)
         return 0;
     if (left && right && run < (right->x_q4 - left->x_q4) / 16 - 3)
