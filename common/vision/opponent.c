@@ -3,21 +3,19 @@
 #include "vision/camera.h"
 
 /* Edges that make a strip: two whole stripes and both their ends. */
-#define MIN_EDGES           4
+#define MIN_EDGES      4
 /* Edges that tell that a body is there, though too little of it, or too near, to be matched. */
-#define MIN_EDGES_SEEN      3
-/* Stripes from which on an odd one at an end is known. */
-#define MIN_STRIPES_TO_TRIM 5
+#define MIN_EDGES_SEEN 3
 /* The widest stripe that is taken for one: 14 mm, 70 mm before the lens. What is too wide for the
  * disparity found is left out later. */
-#define MAX_STRIPE_Q4       (64 * 16)
+#define MAX_STRIPE_Q4  (64 * 16)
 /* Black is at most half of white. */
-#define BLACK_SHARE         2
+#define BLACK_SHARE    2
 /* Edges in both eyes count as one if they differ by this after the shift. */
-#define EDGE_REACH_Q4       28
-#define MAX_COST            INT32_MAX
+#define EDGE_REACH_Q4  28
+#define MAX_COST       INT32_MAX
 /* The largest search range that FPGA_REG_SEARCH_MAX takes. */
-#define MAX_SEARCH_PX       127
+#define MAX_SEARCH_PX  127
 
 typedef struct {
     int first; /* indices of edges in the right eye */
@@ -59,22 +57,26 @@ static int stripe_width_q4(const band_edges_t *found, int i)
     return found->edges[i + 1].x_q4 - found->edges[i].x_q4;
 }
 
-/* A stripe at an end that is much wider than all others is none: the goal's black, or wall, between
- * the body and the goal's edge. The stripes of a round body get narrower towards its ends. */
-static void trim_wide_ends(const band_edges_t *found, group_t *group)
+/* Whether stripe `end`, of whose neighbours inwards the next is `inner` and then `inmost`, is none:
+ * the goal's black, or wall, between the body and the goal's edge. The stripes of a round body get
+ * narrower towards its ends, so none there is twice as wide as one that is narrower than the next.
+ */
+static int is_odd_end(const band_edges_t *found, int end, int inner, int inmost)
 {
-    int widest_q4 = 0;
-    int i;
+    return stripe_width_q4(found, end) > 2 * stripe_width_q4(found, inner) &&
+           stripe_width_q4(found, inner) <= stripe_width_q4(found, inmost);
+}
 
-    for (i = group->first + 1; i + 1 < group->last; i++)
-        if (stripe_width_q4(found, i) > widest_q4)
-            widest_q4 = stripe_width_q4(found, i);
-    /* Two inner stripes are too few to tell: a body that the border cuts grows towards it. */
-    if (group->last - group->first < MIN_STRIPES_TO_TRIM)
-        return;
-    if (stripe_width_q4(found, group->first) > 2 * widest_q4)
+/* Leave out what is no stripe at either end. */
+static void trim_odd_ends(const band_edges_t *found, group_t *group)
+{
+    int stripes = group->last - group->first;
+
+    if (stripes >= 3 && is_odd_end(found, group->first, group->first + 1, group->first + 2)) {
         group->first++;
-    if (stripe_width_q4(found, group->last - 1) > 2 * widest_q4)
+        stripes--;
+    }
+    if (stripes >= 3 && is_odd_end(found, group->last - 1, group->last - 2, group->last - 3))
         group->last--;
 }
 
@@ -92,7 +94,7 @@ static int next_group(const band_t *band, int *from, group_t *group)
         group->last = i;
         if (group->last - group->first + 1 >= MIN_EDGES_SEEN) {
             *from = i + 1;
-            trim_wide_ends(found, group);
+            trim_odd_ends(found, group);
             return 1;
         }
         if (group->last == group->first)
