@@ -117,12 +117,12 @@ static int black_run(const band_t *band, const band_edge_t *edge, int side,
 static int goal_score(const band_t *band, const band_edge_t *left, const band_edge_t *right,
                       const opponent_extent_t *opponent)
 {
+    const band_edge_t *edge = left ? left : right;
     int run;
 
-    if (!left && !right)
+    if (!edge)
         return 0;
-    run = left ? black_run(band, left, LEFT_EDGE, opponent)
-               : black_run(band, right, RIGHT_EDGE, opponent);
+    run = black_run(band, edge, left ? LEFT_EDGE : RIGHT_EDGE, opponent);
     if (run < MIN_RUN_PX)
         return 0;
     if (left && right && run < (right->x_q4 - left->x_q4) / 16 - 3)
