@@ -1,5 +1,6 @@
 /* Streams a 16-bit counter through a bulk endpoint of the FX2's default device, with the kernel's
- * usbfs: several transfers under way, pauses of random length, and every byte checked.
+ * usbfs: several transfers under way, pauses of random length, now and then everything cancelled
+ * and taken up again, and every byte checked.
  *
  *   bulk_client DEVICE_FILE in|out KIBIBYTES SEED
  *
@@ -18,15 +19,25 @@
 
 enum { TRANSFERS = 6, TRANSFER_SIZE = 16384, ENDPOINT_IN = 0x86, ENDPOINT_OUT = 0x02 };
 enum { TIMEOUT_MS = 10000, PAUSE_MAX_US = 20000 };
+/* One in so many transfers is preceded by a pause, by a cancellation of all. */
+enum { PAUSE_RATE = 8, CANCEL_RATE = 12 };
 
 typedef struct {
     struct usbdevfs_urb urb;
     unsigned char data[TRANSFER_SIZE];
+    int moved; /* bytes */
+    int under_way;
 } transfer_t;
 
+/* The transfers in the order of their data: `count` of them from `first` on. */
 static transfer_t transfers[TRANSFERS];
+static int first;
+static int count;
+static int device;
+static int reads;
 static uint16_t next_word;
 static uint32_t seed;
+static long cancellations;
 
 static _Noreturn void fail(const char *what)
 {
@@ -40,7 +51,12 @@ static uint32_t random_below(uint32_t limit)
     return (seed >> 8) % limit;
 }
 
-static void submit(int device, transfer_t *transfer, int reads)
+static transfer_t *nth(int n)
+{
+    return &transfers[(first + n) % TRANSFERS];
+}
+
+static void submit(transfer_t *transfer)
 {
     memset(&transfer->urb, 0, sizeof transfer->urb);
     transfer->urb.type = USBDEVFS_URB_TYPE_BULK;
@@ -48,17 +64,23 @@ static void submit(int device, transfer_t *transfer, int reads)
     transfer->urb.buffer = transfer->data;
     transfer->urb.buffer_length = TRANSFER_SIZE;
     transfer->urb.usercontext = transfer;
-    if (!reads) {
-        for (int i = 0; i < TRANSFER_SIZE; i += 2, next_word++) {
-            transfer->data[i] = (unsigned char)(next_word & 0xFFu);
-            transfer->data[i + 1] = (unsigned char)(next_word >> 8);
-        }
-    }
     if (ioctl(device, USBDEVFS_SUBMITURB, &transfer->urb) != 0)
         fail("submit");
+    transfer->under_way = 1;
 }
 
-static transfer_t *reap(int device)
+static void start_next(void)
+{
+    transfer_t *transfer = nth(count++);
+    transfer->moved = 0;
+    for (int i = 0; i < TRANSFER_SIZE && !reads; i += 2, next_word++) {
+        transfer->data[i] = (unsigned char)(next_word & 0xFFu);
+        transfer->data[i + 1] = (unsigned char)(next_word >> 8);
+    }
+    submit(transfer);
+}
+
+static void reap_one(void)
 {
     struct pollfd waiting = {.fd = device, .events = POLLOUT};
     if (poll(&waiting, 1, TIMEOUT_MS) <= 0) {
@@ -68,24 +90,68 @@ static transfer_t *reap(int device)
     struct usbdevfs_urb *urb = NULL;
     if (ioctl(device, USBDEVFS_REAPURBNDELAY, &urb) != 0)
         fail("reap");
-    if (urb->status != 0 || urb->actual_length != TRANSFER_SIZE) {
+    const int cancelled = urb->status == -ENOENT || urb->status == -ECONNRESET;
+    const int whole = urb->status == 0 && urb->actual_length == urb->buffer_length;
+    if (!cancelled && !whole) {
         fprintf(stderr, "transfer ended with status %d and %d bytes\n", urb->status,
                 urb->actual_length);
         exit(1);
     }
-    return urb->usercontext;
+    transfer_t *transfer = urb->usercontext;
+    transfer->moved = urb->actual_length;
+    transfer->under_way = 0;
+}
+
+/* The newest first, as libusb's users do it: no transfer overtakes a cancelled one. */
+static void cancel_all(void)
+{
+    for (int n = count - 1; n >= 0; n--)
+        if (ioctl(device, USBDEVFS_DISCARDURB, &nth(n)->urb) != 0 && errno != EINVAL)
+            fail("cancel");
+    for (int n = 0; n < count; n++)
+        while (nth(n)->under_way)
+            reap_one();
+    cancellations++;
 }
 
 static void check(const transfer_t *transfer)
 {
-    for (int i = 0; i < TRANSFER_SIZE; i += 2, next_word++) {
+    for (int i = 0; i + 1 < transfer->moved; i += 2, next_word++) {
         const unsigned word = transfer->data[i] | (unsigned)transfer->data[i + 1] << 8;
         if (word != next_word) {
-            fprintf(stderr, "word %#x came where %#x was due, byte %d\n", word, (unsigned)next_word,
-                    i);
+            fprintf(stderr, "word %#x came where %#x was due, byte %d, %ld cancellations\n", word,
+                    (unsigned)next_word, i, cancellations);
             exit(1);
         }
     }
+}
+
+/* Takes finished transfers off the list; returns their bytes. Of reads, cancelled ones are
+ * finished; of writes, what is left of them is submitted again. */
+static long settle(void)
+{
+    long bytes = 0;
+    while (count > 0 && !nth(0)->under_way) {
+        if (reads)
+            check(nth(0));
+        bytes += nth(0)->moved;
+        first = (first + 1) % TRANSFERS;
+        count--;
+    }
+    return bytes;
+}
+
+static void open_device(const char *path)
+{
+    device = open(path, O_RDWR);
+    if (device < 0)
+        fail(path);
+    unsigned interface = 0;
+    if (ioctl(device, USBDEVFS_CLAIMINTERFACE, &interface) != 0)
+        fail("claim");
+    struct usbdevfs_setinterface setting = {.interface = 0, .altsetting = 1};
+    if (ioctl(device, USBDEVFS_SETINTERFACE, &setting) != 0)
+        fail("set interface");
 }
 
 int main(int argc, char **argv)
@@ -94,34 +160,23 @@ int main(int argc, char **argv)
         fprintf(stderr, "usage: bulk_client DEVICE_FILE in|out KIBIBYTES SEED\n");
         return 2;
     }
-    const int reads = strcmp(argv[2], "in") == 0;
-    const long total = strtol(argv[3], NULL, 10) * 1024 / TRANSFER_SIZE;
+    reads = strcmp(argv[2], "in") == 0;
+    const long total = strtol(argv[3], NULL, 10) * 1024;
     seed = (uint32_t)strtoul(argv[4], NULL, 10);
+    open_device(argv[1]);
 
-    const int device = open(argv[1], O_RDWR);
-    if (device < 0)
-        fail(argv[1]);
-    unsigned interface = 0;
-    if (ioctl(device, USBDEVFS_CLAIMINTERFACE, &interface) != 0)
-        fail("claim");
-    struct usbdevfs_setinterface setting = {.interface = 0, .altsetting = 1};
-    if (ioctl(device, USBDEVFS_SETINTERFACE, &setting) != 0)
-        fail("set interface");
-
-    long submitted = 0;
-    for (; submitted < TRANSFERS && submitted < total; submitted++)
-        submit(device, &transfers[submitted], reads);
-    for (long done = 0; done < total; done++) {
-        if (random_below(8) == 0)
+    long moved = 0;
+    while (moved < total) {
+        while (count < TRANSFERS && moved + (long)count * TRANSFER_SIZE < total)
+            start_next();
+        if (random_below(PAUSE_RATE) == 0)
             usleep(random_below(PAUSE_MAX_US));
-        transfer_t *transfer = reap(device);
-        if (reads)
-            check(transfer);
-        if (submitted < total) {
-            submit(device, transfer, reads);
-            submitted++;
-        }
+        if (reads && random_below(CANCEL_RATE) == 0)
+            cancel_all();
+        while (nth(0)->under_way)
+            reap_one();
+        moved += settle();
     }
-    printf("%ld transfers of %d bytes\n", total, TRANSFER_SIZE);
+    printf("%ld bytes, %ld cancellations\n", moved, cancellations);
     return 0;
 }
