@@ -605,7 +605,7 @@ impl<'a> View<'a> {
         let c = offset[0] * offset[0] + offset[1] * offset[1] - ROBOT_RADIUS * ROBOT_RADIUS;
         let mut hits = RobotHits { depth: [0.0; POINTS], z: [0.0; POINTS], stripe: [0.0; POINTS] };
         let mut left = [0.0; POINTS];
-        for i in 0..POINTS {
+        for (i, left) in left.iter_mut().enumerate() {
             let ray = self.ray_at(points.at(i));
             let a = ray[0] * ray[0] + ray[1] * ray[1];
             let depth = root_or_infinity(a, ray[0] * offset[0] + ray[1] * offset[1], c);
@@ -614,11 +614,11 @@ impl<'a> View<'a> {
             hits.depth[i] = if z >= 0.0 { depth } else { f32::INFINITY };
             hits.z[i] = z;
             let normal = [0, 1].map(|axis| (offset[axis] + ray[axis] * depth) / ROBOT_RADIUS);
-            left[i] = normal[0] * dress.lateral[0] + normal[1] * dress.lateral[1];
+            *left = normal[0] * dress.lateral[0] + normal[1] * dress.lateral[1];
         }
         for begin in &dress.begins[..dress.count] {
-            for i in 0..POINTS {
-                hits.stripe[i] += if left[i] > *begin { 1.0 } else { 0.0 };
+            for (stripe, left) in hits.stripe.iter_mut().zip(left) {
+                *stripe += if left > *begin { 1.0 } else { 0.0 };
             }
         }
         for stripe in &mut hits.stripe {
