@@ -87,6 +87,10 @@ enum Opponent {
 enum Noise {
     /// Perfect cameras and motors
     None,
+    /// Cameras with noise, blur, vignetting and slightly unequal eyes; perfect motors
+    Measured,
+    /// Half the light, twice the noise, eyes that differ in gain and rows; perfect motors
+    Harsh,
 }
 
 /// What the cameras deliver.
@@ -132,6 +136,11 @@ pub fn run(args: &Args) -> Result<()> {
         ball: match args.ball {
             Ball::Yellow => twin::game::BallColour::Yellow,
             Ball::Pink => twin::game::BallColour::Pink,
+        },
+        noise: match args.noise {
+            Noise::None => twin::game::Noise::None,
+            Noise::Measured => twin::game::Noise::Measured,
+            Noise::Harsh => twin::game::Noise::Harsh,
         },
         end: (args.seconds * SECOND as f64) as Ps,
     };

@@ -12,7 +12,7 @@ use sim::{MS, Ps, SECOND, TraceHash, US};
 use virtex::fpga::Frame;
 use world::{Setup as WorldSetup, World};
 
-pub use world::{BallColour, Eyes};
+pub use world::{BallColour, Eyes, Noise};
 
 use crate::robot::{Error, Images, Robot};
 
@@ -41,6 +41,8 @@ pub struct Setup {
     pub eyes: Eyes,
     /// Colour of the ball.
     pub ball: BallColour,
+    /// How bad the cameras are.
+    pub noise: Noise,
     /// When the match is over, goal or not.
     pub end: Ps,
 }
@@ -139,7 +141,7 @@ impl Game {
             kick_off_at: start,
             eyes: setup.eyes,
             ball: setup.ball,
-            ..WorldSetup::default()
+            noise: setup.noise,
         });
         let cameras = Cameras {
             next_exposure: start,

@@ -9,7 +9,7 @@ use std::sync::{Mutex, OnceLock};
 use std::{fs, thread};
 
 use sim::{Ps, SECOND};
-use twin::game::{BallColour, Eyes, Game, Setup, Summary};
+use twin::game::{BallColour, Eyes, Game, Noise, Setup, Summary};
 use twin::robot::Images;
 use virtex::bitstream;
 use virtex::design::Function;
@@ -48,7 +48,14 @@ fn images() -> Images {
 }
 
 fn setup(seed: u64) -> Setup {
-    Setup { seed, images: images(), eyes: Eyes::Open, ball: BallColour::Yellow, end: MATCH }
+    Setup {
+        seed,
+        images: images(),
+        eyes: Eyes::Open,
+        ball: BallColour::Yellow,
+        noise: Noise::None,
+        end: MATCH,
+    }
 }
 
 fn play(setup: Setup) -> Summary {
