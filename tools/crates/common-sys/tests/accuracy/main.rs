@@ -146,8 +146,8 @@ fn weigh_goal(tally: &mut Tally, seed: u64, report: &Report, setting: &Setting) 
     let flags = [c::REPORT_GOAL_LEFT_EDGE, c::REPORT_GOAL_RIGHT_EDGE];
     let goal = setting.goal();
     tally.count(seed, goal.expect, has(report, flags[0] | flags[1]));
-    for side in 0..2 {
-        if !has(report, flags[side]) {
+    for (side, flag) in flags.into_iter().enumerate() {
+        if !has(report, flag) {
             continue;
         }
         let Some(edge) = &goal.edges[side] else { continue };

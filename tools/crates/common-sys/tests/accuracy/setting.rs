@@ -148,8 +148,9 @@ impl Setting {
             .map(|at| Pose { x_mm: at[0], y_mm: at[1], heading_rad: random.between(0.0, 6.0) });
         let middle = random.between(-0.4, 0.4);
         let half = random.between(0.02, 0.09);
+        let yellow = seed.is_multiple_of(2);
         let distractor = (random.unit() < 0.5)
-            .then(|| Distractor { bearing: [middle - half, middle + half], yellow: seed % 2 == 0 });
+            .then_some(Distractor { bearing: [middle - half, middle + half], yellow });
         Self { robot, ball_mm, opponent, distractor }
     }
 
