@@ -1,6 +1,6 @@
 //! `sot detect`: the robot's own detectors on one pair of pictures.
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use common_sys::constants as c;
 use common_sys::link::Report;
 use common_sys::vision::{self, DEFAULT_PARAMS, HEIGHT, WIDTH};
@@ -10,8 +10,8 @@ use crate::eyes::{Pair, PairArgs, rgb565};
 
 /// What the robot sees in one stereo pair: ball, goal, opponent and wall
 ///
-/// Runs the same kernels as the robot's FPGA on the RGB565 of two 320x240 pictures. All
-/// coordinates are pixels of the right picture, disparities are x_left - x_right in pixels, ranges
+/// Runs the same kernels as the robot's FPGA on the RGB565 of two pictures; pictures of another size
+/// than the robot's 320x240 are scaled to it first. All coordinates are pixels of the right picture, disparities are x_left - x_right in pixels, ranges
 /// are millimetres along the floor from below the right lens.
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -72,13 +72,14 @@ struct Opponent {
 /// Run the verb.
 pub fn run(args: &Args) -> Result<()> {
     let pair = Pair::load(&args.pair)?;
-    if pair.left.dimensions() != (WIDTH as u32, HEIGHT as u32) {
-        bail!(
-            "the robot's eyes have {WIDTH}x{HEIGHT} pixels, these pictures {}x{}; scale them first",
-            pair.left.width(),
-            pair.left.height()
+    let size = pair.left.dimensions();
+    if size != (WIDTH as u32, HEIGHT as u32) {
+        eprintln!(
+            "sot: scaled from {}x{} to the robot's {WIDTH}x{HEIGHT}; all coordinates are of that size",
+            size.0, size.1
         );
     }
+    let pair = pair.resized(WIDTH as u32, HEIGHT as u32);
     let report = vision::detect(&rgb565(&pair.left), &rgb565(&pair.right), &DEFAULT_PARAMS);
     let detection = Detection::from_report(&report);
     if args.json {

@@ -90,7 +90,19 @@ fn unreadable_pictures_are_named_with_what_could_be_read() {
         fails(here, &["detect", "good.pgm", bad], FAILED, &[bad]);
     }
     fails(here, &["detect", "good.pgm", "small.pgm"], FAILED, &["320x240", "160x120"]);
-    fails(here, &["detect", "small.pgm", "small.pgm"], FAILED, &["160x120", "scale"]);
+}
+
+#[test]
+fn pictures_of_another_size_are_scaled_to_the_robots() {
+    let folder = folder();
+    put(&folder, "odd.pgm", &grey(641, 479));
+    let output = sot(folder.path(), &["detect", "odd.pgm", "odd.pgm", "--json"]);
+    assert!(output.status.success(), "{output:?}");
+    assert!(String::from_utf8_lossy(&output.stderr).contains("641x479"), "{output:?}");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(found["ball"], serde_json::Value::Null);
+    assert_eq!(found["goal"], serde_json::Value::Null);
+    assert_eq!(found["opponent"], serde_json::Value::Null);
 }
 
 #[test]
