@@ -277,6 +277,7 @@ impl Game {
             seen * 2 - usize::from(clipped)
         };
         if self.telling.as_ref().is_none_or(|best| objects(&report) >= objects(best)) {
+            self.world.keep(OURS, &report);
             self.telling = Some(report);
         }
     }

@@ -91,6 +91,7 @@ pub struct World {
     goals: [u32; 2],
     tracks: Tracks,
     seen: [Vec<Moment>; 2],
+    kept: [Option<(u16, Moment)>; 2],
     frame: Frame,
     sensors: [Option<Sensors>; 2],
 }
@@ -107,6 +108,7 @@ impl World {
             goals: [0; 2],
             tracks: Tracks::default(),
             seen: [Vec::new(), Vec::new()],
+            kept: [None; 2],
             frame: Frame::new(),
             sensors: [0, 1].map(|robot| Sensors::new(setup.noise, setup.seed, robot)),
         };
@@ -175,11 +177,20 @@ impl World {
         &self.tracks
     }
 
+    /// Keep what the robot's eyes saw when the frames were exposed that this report, one of the latest,
+    /// tells about: a picture can then be made with it at any time. One moment a robot is kept.
+    pub fn keep(&mut self, robot: usize, report: &Report) {
+        let time = report.exposure_time;
+        self.kept[robot] = Some((time, self.seen_scene(robot, Some(time))));
+    }
+
     /// The match in one picture: both eyes of `robot` when the frames were exposed that `report` tells
-    /// about (the latest that [`World::render`] drew, if none of them fits), with its findings drawn
-    /// in, and the pitch with the tracks.
+    /// about (kept, or one of the last few; the latest that [`World::render`] drew, if none of them
+    /// fits), with its findings drawn in, and the pitch with the tracks.
     pub fn picture(&self, robot: usize, report: Option<&Report>) -> RgbImage {
-        let scene = self.seen_scene(robot, report.map(|report| report.exposure_time));
+        let time = report.map(|report| report.exposure_time);
+        let kept = self.kept[robot].filter(|(kept, _)| Some(*kept) == time);
+        let scene = kept.map_or_else(|| self.seen_scene(robot, time), |(_, moment)| moment);
         picture::draw(&picture::Story {
             eyes: [Eye::Left, Eye::Right].map(|eye| self.eye_picture(&scene, robot, eye)),
             report,
