@@ -138,7 +138,6 @@ impl Game {
         let start = robot.now().max(KICK_OFF).next_multiple_of(TICK);
         let world = World::new(&WorldSetup {
             seed: setup.seed,
-            kick_off_at: start,
             eyes: setup.eyes,
             ball: setup.ball,
             noise: setup.noise,
@@ -234,7 +233,8 @@ impl Game {
         let rate = fpga.frame_rate(now).map_or(DEFAULT_RATE, |rate| Ps::from(rate.max(1)));
         self.cameras.next_exposure = now + SECOND / rate;
         if self.cameras.reading.is_none() && fpga.function(now).is_some() {
-            self.world.render(OURS, &mut self.cameras.left, &mut self.cameras.right);
+            let time = fpga.exposure_time(now);
+            self.world.render(OURS, time, &mut self.cameras.left, &mut self.cameras.right);
             self.cameras.reading = Some(now);
         }
     }
@@ -274,7 +274,8 @@ impl Game {
             ];
             let clipped = u32::from(report.flags) & c::REPORT_BALL_CLIPPED != 0;
             let seen = kinds.iter().filter(|&&kind| u32::from(report.flags) & kind != 0).count();
-            seen * 2 - usize::from(clipped)
+            // Of a ball too near only a part is in the picture.
+            seen - usize::from(clipped)
         };
         if self.telling.as_ref().is_none_or(|best| objects(&report) >= objects(best)) {
             self.world.keep(OURS, &report);

@@ -153,7 +153,7 @@ impl Fpga {
         report.function = function.code();
         report.sequence = self.sequence;
         report.flags |= frame.flags;
-        report.exposure_time = self.ticks(frame.mid_exposure);
+        report.exposure_time = self.exposure_time(frame.mid_exposure);
         report.delay = ((ready - frame.end) / REPORT_TICK).min(255) as u8;
         self.sequence = self.sequence.wrapping_add(1);
         self.coming = Some((ready, report_encode(&report)));
@@ -289,8 +289,8 @@ impl Fpga {
         }
     }
 
-    /// The design's own time, which begins when it does.
-    fn ticks(&self, at: Ps) -> u16 {
+    /// `at` as a report says it: 100 µs units of the design's own time, which begins when it does.
+    pub fn exposure_time(&self, at: Ps) -> u16 {
         (at.saturating_sub(self.started) / REPORT_TICK) as u16
     }
 

@@ -19,7 +19,7 @@ mod stretch;
 use common_sys::link::Report;
 use common_sys::vision::rgb565;
 use image::RgbImage;
-use sim::{MS, Ps, SECOND, US};
+use sim::{MS, Ps, SECOND};
 
 use camera::{Camera, Eye, HEIGHT, WIDTH};
 use physics::{Physics, Pose};
@@ -32,10 +32,6 @@ use sensor::Sensors;
 pub const TICK: Ps = MS;
 /// Every so many ticks a point of the tracks is kept.
 const TRACK_TICKS: u32 = 20;
-/// Unit of a report's exposure time.
-const EXPOSURE_UNIT: Ps = 100 * US;
-/// An exposure is told from the next by less than half a frame's 25 ms, in those units.
-const EXPOSURE_TOLERANCE: u16 = 100;
 /// So many of the latest exposures are remembered for the picture: a report is a frame or two late.
 const SEEN: usize = 4;
 
@@ -54,8 +50,6 @@ pub enum Eyes {
 pub struct Setup {
     /// Draws the kick-off.
     pub seed: u64,
-    /// Time before the first step on the clock of the robots' exposures; the picture needs it.
-    pub kick_off_at: Ps,
     /// What the cameras deliver.
     pub eyes: Eyes,
     /// Colour of the ball.
@@ -76,7 +70,8 @@ pub struct Tracks {
 /// Where everything is at one time.
 #[derive(Clone, Copy, Debug)]
 struct Moment {
-    time: Ps,
+    /// What the report of this exposure will say as its time.
+    exposure_time: u16,
     robots: [Pose; 2],
     ball_mm: [f64; 2],
 }
@@ -204,16 +199,12 @@ impl World {
 
     /// Where everything was when a frame was exposed; now, if that is not known.
     fn seen_scene(&self, robot: usize, exposure_time: Option<u16>) -> Moment {
-        let fits = |moment: &&Moment, time: u16| {
-            let late = ((moment.time / EXPOSURE_UNIT) as u16).wrapping_sub(time) as i16;
-            late.unsigned_abs() <= EXPOSURE_TOLERANCE
-        };
         let mut seen = self.seen[robot].iter();
         exposure_time
-            .and_then(|time| seen.clone().find(|moment| fits(moment, time)))
+            .and_then(|time| seen.clone().find(|moment| moment.exposure_time == time))
             .or_else(|| seen.next_back())
             .copied()
-            .unwrap_or_else(|| self.now())
+            .unwrap_or_else(|| self.now(0))
     }
 
     /// What an eye sees, for people.
@@ -235,7 +226,7 @@ impl World {
 
     fn tracks_until_now(&self) -> Tracks {
         let mut tracks = self.tracks.clone();
-        let now = self.now();
+        let now = self.now(0);
         for (track, pose) in tracks.robots.iter_mut().zip(now.robots) {
             track.push(pose);
         }
@@ -243,9 +234,9 @@ impl World {
         tracks
     }
 
-    fn now(&self) -> Moment {
+    fn now(&self, exposure_time: u16) -> Moment {
         Moment {
-            time: self.setup.kick_off_at + u64::from(self.ticks) * TICK,
+            exposure_time,
             robots: [self.physics.robot(0), self.physics.robot(1)],
             ball_mm: self.physics.ball_mm(),
         }
@@ -259,12 +250,19 @@ impl World {
         }
     }
 
-    /// What a robot's eyes see now: `WIDTH` * `HEIGHT` RGB565 pixels each, row by row.
+    /// What a robot's eyes see now: `WIDTH` * `HEIGHT` RGB565 pixels each, row by row. The report of this
+    /// pair will bear `exposure_time`, by which a picture finds the moment again.
     ///
     /// # Panics
     /// If a buffer has another length.
-    pub fn render(&mut self, robot: usize, left: &mut [u16], right: &mut [u16]) {
-        let moment = self.now();
+    pub fn render(
+        &mut self,
+        robot: usize,
+        exposure_time: u16,
+        left: &mut [u16],
+        right: &mut [u16],
+    ) {
+        let moment = self.now(exposure_time);
         let seen = &mut self.seen[robot];
         if seen.len() == SEEN {
             seen.remove(0);
