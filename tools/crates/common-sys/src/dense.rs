@@ -139,6 +139,40 @@ impl Map {
         }
     }
 
+    /// Without islands of at most `max_pixels` pixels; neighbours belong together if their disparities
+    /// differ by at most `max_difference_q4`. Equal to cv::filterSpeckles.
+    #[must_use]
+    pub fn without_speckles(mut self, max_pixels: u32, max_difference_q4: u16) -> Self {
+        let (width, height) = (self.width as u16, self.height as u16);
+        let mut work = vec![0_u32; self.disparity_q4.len()];
+        // SAFETY: map and work hold `width * height` words; `check` saw that both fit u16.
+        unsafe {
+            ffi::dense_speckles(
+                self.disparity_q4.as_mut_ptr(),
+                width,
+                height,
+                width,
+                max_pixels,
+                max_difference_q4,
+                work.as_mut_ptr(),
+            );
+        }
+        self
+    }
+
+    /// The median of 3x3 pixels. Equal to cv::medianBlur.
+    #[must_use]
+    pub fn median(&self) -> Self {
+        let (width, height) = (self.width as u16, self.height as u16);
+        let mut out = self.clone();
+        // SAFETY: both maps hold `width * height` words and do not overlap.
+        unsafe {
+            let to = out.disparity_q4.as_mut_ptr();
+            ffi::dense_median(self.disparity_q4.as_ptr(), width, height, width, to, width);
+        }
+        out
+    }
+
     /// Disparities in pixels, row by row from the top.
     pub fn pixels(&self) -> impl Iterator<Item = Option<f32>> {
         self.disparity_q4.iter().map(|&d| (d >= 0).then(|| f32::from(d) / 16.0))

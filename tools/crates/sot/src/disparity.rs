@@ -21,6 +21,7 @@ use crate::output::{Usage, write_file, write_picture};
 Examples:
   sot disparity left.png right.png -o map.png
   sot disparity left.jpg right.jpg --size 320x240 --method sad --color rgb -o map.png --paper
+  sot disparity left.png right.png -o map.png --method bm --left-right 1 --median --speckles 100
   sot disparity left.png right.png -o map.png --raw map.pfm --json | jq .density")]
 pub struct Args {
     #[command(flatten)]
@@ -41,6 +42,27 @@ pub struct Args {
     /// What of a pixel is compared; of colours the differences of all three parts are added
     #[arg(long, value_enum, default_value = "gray")]
     color: ColorArg,
+    /// bm: refuse a pixel if its block's texture (sum of clipped gradients) is smaller; 0 = never
+    #[arg(long, value_name = "SUM", help_heading = "Checks and filters")]
+    texture: Option<u16>,
+    /// bm: refuse a pixel if a rival is not worse by so much, 0..100; 0 = never
+    #[arg(long, value_name = "PERCENT", help_heading = "Checks and filters",
+        value_parser = clap::value_parser!(u8).range(0..=100))]
+    uniqueness: Option<u8>,
+    /// bm: where the pre-filter clips gradients, 1..63
+    #[arg(long, value_name = "CAP", help_heading = "Checks and filters",
+        value_parser = clap::value_parser!(u8).range(1..=63))]
+    cap: Option<u8>,
+    /// bm: refuse a pixel if the right eye's disparity differs by more than so many pixels
+    #[arg(long, value_name = "PX", help_heading = "Checks and filters",
+        value_parser = clap::value_parser!(i16).range(0..=255))]
+    left_right: Option<i16>,
+    /// Take away islands of at most so many pixels (neighbours within 1 px belong together)
+    #[arg(long, value_name = "PIXELS", help_heading = "Checks and filters")]
+    speckles: Option<u32>,
+    /// Take the median of 3x3 pixels, before --speckles
+    #[arg(long, help_heading = "Checks and filters")]
+    median: bool,
     /// Scale both pictures first, e.g. 320x240, the robot's size
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<(u32, u32)>,
@@ -54,6 +76,9 @@ pub struct Args {
     #[arg(long)]
     json: bool,
 }
+
+/// Neighbours whose disparities differ by no more belong to one island: 1 px.
+const SPECKLE_DIFFERENCE_Q4: u16 = 16;
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum MethodArg {
@@ -101,7 +126,7 @@ pub fn run(args: &Args) -> Result<()> {
     if let Some((width, height)) = args.size {
         pair = pair.resized(width, height);
     }
-    let map = matching.compute(&pair)?;
+    let map = args.filter(matching.compute(&pair)?);
 
     write_picture(&args.output, picture(&map, args.disparities, args.paper))?;
     if let Some(raw) = &args.raw {
@@ -150,6 +175,9 @@ impl Args {
             ColorArg::Hsv => Color::Hsv,
             ColorArg::Rgb => Color::Rgb,
         };
+        if let Some(option) = self.given_for_bm() {
+            bail!(Usage(format!("{option} is for --method bm only; leave it away")));
+        }
         let block = self.block.unwrap_or(8);
         if !(1..=dense::MAX_BLOCK).contains(&block) {
             bail!(Usage(format!("--block {block}: must be 1..{}", dense::MAX_BLOCK)));
@@ -183,7 +211,33 @@ impl Args {
         if self.color != ColorArg::Gray {
             bail!(Usage("--method bm compares brightness only; leave --color away".to_owned()));
         }
-        Ok(dense::bm_defaults(block, self.disparities))
+        let defaults = dense::bm_defaults(block, self.disparities);
+        Ok(BmParams {
+            texture_min: self.texture.unwrap_or(defaults.texture_min),
+            uniqueness_percent: self.uniqueness.unwrap_or(defaults.uniqueness_percent),
+            prefilter_cap: self.cap.unwrap_or(defaults.prefilter_cap),
+            left_right_max: self.left_right.unwrap_or(defaults.left_right_max),
+            ..defaults
+        })
+    }
+
+    /// An option that only bm knows, if one is given.
+    fn given_for_bm(&self) -> Option<&'static str> {
+        let given = [
+            ("--texture", self.texture.is_some()),
+            ("--uniqueness", self.uniqueness.is_some()),
+            ("--cap", self.cap.is_some()),
+            ("--left-right", self.left_right.is_some()),
+        ];
+        given.into_iter().find_map(|(option, is_given)| is_given.then_some(option))
+    }
+
+    fn filter(&self, map: Map) -> Map {
+        let map = if self.median { map.median() } else { map };
+        match self.speckles {
+            Some(pixels) => map.without_speckles(pixels, SPECKLE_DIFFERENCE_Q4),
+            None => map,
+        }
     }
 }
 

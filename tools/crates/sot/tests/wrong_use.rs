@@ -153,3 +153,38 @@ fn bitstreams_are_made_checked_and_packed() {
     fails(here, &["bitstream", "pack", "0=damaged.bin", "-o", "y"], FAILED, &["damaged.bin"]);
     assert!(!here.join("y").exists());
 }
+
+#[test]
+fn filters_of_a_dense_map_take_away_what_they_should() {
+    let folder = folder();
+    let here = folder.path();
+    // A bright square that lies 8 px further right in the left eye, and noise nowhere.
+    let eye = |shift: usize| {
+        let mut bytes = grey(160, 120);
+        let pixels = bytes.len() - 160 * 120;
+        for y in 40..80 {
+            for x in 60..100 {
+                bytes[pixels + y * 160 + x + shift] = ((x * 7 + y * 13) % 251) as u8;
+            }
+        }
+        bytes
+    };
+    put(&folder, "left.pgm", &eye(8));
+    put(&folder, "right.pgm", &eye(0));
+    let density = |extra: &[&str]| {
+        let base =
+            ["disparity", "left.pgm", "right.pgm", "-o", "map.png", "--json", "--method", "bm"];
+        let output = sot(here, &[&base, ["--disparities", "16"].as_slice(), extra].concat());
+        assert!(output.status.success(), "{output:?}");
+        let said: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        said["density"].as_f64().expect("a number")
+    };
+    let plain = density(&[]);
+    assert!(plain > 0.02, "the square is not found: {plain}");
+    assert!(density(&["--speckles", "10000"]) < plain / 10.0);
+    assert!(density(&["--texture", "65535"]) < plain / 10.0);
+    assert!(density(&["--left-right", "0"]) <= plain);
+    assert_ne!(density(&["--median"]), plain);
+    let sad = ["disparity", "left.pgm", "right.pgm", "-o", "x.png", "--texture", "10"];
+    fails(here, &sad, USAGE, &["--texture", "bm"]);
+}
