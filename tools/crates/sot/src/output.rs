@@ -1,7 +1,8 @@
 //! Writing results: never half a file, and wrong use told apart from failure.
 
-use std::fs;
+use std::fs::{self, Permissions};
 use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use anyhow::{Context, Result};
@@ -22,7 +23,11 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
         if path.exists() && !path.metadata()?.is_file() {
             return fs::write(path, bytes);
         }
-        let mut file = tempfile::Builder::new().prefix(".sot-").tempfile_in(folder)?;
+        // As readable as any new file: the user's umask decides, not the temporary file's caution.
+        let mut file = tempfile::Builder::new()
+            .prefix(".sot-")
+            .permissions(Permissions::from_mode(0o666))
+            .tempfile_in(folder)?;
         file.write_all(bytes)?;
         file.persist(path).map_err(|error| error.error)?;
         Ok(())
