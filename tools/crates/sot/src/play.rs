@@ -16,7 +16,7 @@ use virtex::bitstream;
 use virtex::design::Function;
 use virtex::store;
 
-use crate::output::{Usage, read_file, write_picture};
+use crate::output::{read_file, write_picture};
 
 /// A match on the twin: the firmware images just built, an emulated robot, a simulated pitch
 ///
@@ -46,7 +46,7 @@ pub struct Args {
     /// The other robot
     #[arg(long, value_enum, default_value_t = Opponent::Idle)]
     opponent: Opponent,
-    /// How far cameras, motors and floor are from perfect
+    /// How far the cameras are from perfect
     #[arg(long, value_enum, default_value_t = Noise::None)]
     noise: Noise,
     /// The turret's flash image [default: one with the soccer bitstream in slot 0]
@@ -123,9 +123,6 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
 
 /// Run the verb.
 pub fn run(args: &Args) -> Result<()> {
-    if args.json && !args.headless && args.picture.as_deref() == Some(Path::new("-")) {
-        return Err(Usage("--picture - and --json would share standard output".to_owned()).into());
-    }
     let setup = Setup {
         seed: args.seed,
         images: load_images(args)?,
@@ -156,14 +153,18 @@ pub fn run(args: &Args) -> Result<()> {
         (None, false) => Some(PathBuf::from("match.png")),
         (None, true) => None,
     };
-    if let Some(path) = &picture {
-        write_picture(path, game.picture())?;
-    }
     let factor = summary.time as f64 / SECOND as f64 / host_seconds;
     if args.json {
         println!("{}", as_json(args.seed, &summary, factor));
     } else {
-        print_summary(args, &summary, factor, picture.as_deref());
+        print_summary(args, &summary, factor);
+    }
+    // After the summary: a folder that is not there must not cost the match.
+    if let Some(path) = &picture {
+        write_picture(path, game.picture())?;
+        if !args.json {
+            println!("picture   {}", path.display());
+        }
     }
     Ok(())
 }
@@ -219,7 +220,7 @@ fn as_json(seed: u64, summary: &Summary, factor: f64) -> serde_json::Value {
     })
 }
 
-fn print_summary(args: &Args, summary: &Summary, factor: f64, picture: Option<&Path>) {
+fn print_summary(args: &Args, summary: &Summary, factor: f64) {
     let seconds = summary.time as f64 / SECOND as f64;
     let verdict = match (summary.goals_for, summary.goals_against) {
         (0, 0) => "no goal".to_owned(),
@@ -241,9 +242,6 @@ fn print_summary(args: &Args, summary: &Summary, factor: f64, picture: Option<&P
         "twin      {seconds:.1} s simulated, {factor:.1} times as fast as real time, trace {:016x}",
         summary.trace_hash
     );
-    if let Some(path) = picture {
-        println!("picture   {}", path.display());
-    }
 }
 
 fn fpga_in_words(fpga: &Fpga) -> String {

@@ -188,3 +188,15 @@ fn filters_of_a_dense_map_take_away_what_they_should() {
     let sad = ["disparity", "left.pgm", "right.pgm", "-o", "x.png", "--texture", "10"];
     fails(here, &sad, USAGE, &["--texture", "bm"]);
 }
+
+#[test]
+fn a_picture_that_cannot_be_written_does_not_cost_the_match() {
+    let folder = folder();
+    let play = ["play", "--headless", "--seconds", "1", "--json", "--picture", "nowhere/match.png"];
+    let output = sot(folder.path(), &play);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(FAILED), "{said}");
+    assert!(said.contains("nowhere/match.png"), "{said}");
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(summary["fpga"]["configured"], true);
+}
