@@ -124,8 +124,9 @@ fn parity_follows_the_accumulator_whatever_is_written() {
     assert_eq!(cpu.sfr(sfr::PSW), Some(0xFE));
 }
 
+/// Which bits are reserved, and how they read, is from memory of the manual: an assumption of ours.
 #[test]
-fn reserved_bits_read_as_the_manual_says() {
+fn reserved_bits_read_as_assumed() {
     let mut cpu = Cpu::new();
     for (register, zeros, ones) in [
         (sfr::DPS, 0x00, 0x01),
