@@ -8,27 +8,20 @@ use common_sys::constants as c;
 use common_sys::link::{Report, report_decode};
 use fx2::host::Link;
 use image::RgbImage;
-use sim::{MS, Ps, SECOND, TraceHash, US};
-use virtex::fpga::Frame;
+use sim::{MS, Ps, TraceHash};
 use world::{Setup as WorldSetup, World};
 
 pub use world::{BallColour, Eyes, Noise};
 
+use crate::cameras::Cameras;
 use crate::robot::{Error, Images, Robot};
 
 /// Physics advances so far at a time.
 const TICK: Ps = world::TICK;
 /// From switching the robot on to the starting signal: the FPGA is up by then.
 const KICK_OFF: Ps = 250 * MS;
-/// From the middle of an exposure to the end of the read-out; with the report's own delay it stays
-/// within the frame period of 25 ms at 40 frames a second.
-const READ_OUT: Ps = c::CAMERA_EXPOSURE_TO_END_US as Ps * US;
-/// Frames a second while no design asks for another rate.
-const DEFAULT_RATE: Ps = 40;
 /// Which of the world's robots is ours.
 const OURS: usize = 0;
-/// Pixels of a frame.
-const PIXELS: usize = common_sys::vision::WIDTH * common_sys::vision::HEIGHT;
 
 /// What a match is made of.
 #[derive(Clone)]
@@ -91,15 +84,6 @@ pub struct Summary {
     pub fpga: Fpga,
 }
 
-/// The cameras: when the next pair is exposed, and what is being read out.
-#[derive(Clone)]
-struct Cameras {
-    next_exposure: Ps,
-    reading: Option<Ps>,
-    left: Vec<u16>,
-    right: Vec<u16>,
-}
-
 /// What is counted while it is played.
 #[derive(Clone, Copy, Default)]
 struct Counts {
@@ -142,12 +126,7 @@ impl Game {
             ball: setup.ball,
             noise: setup.noise,
         });
-        let cameras = Cameras {
-            next_exposure: start,
-            reading: None,
-            left: vec![0; PIXELS],
-            right: vec![0; PIXELS],
-        };
+        let cameras = Cameras::new(start);
         let mut hash = TraceHash::default();
         hash.update(format!("{fpga:?}").as_bytes());
         Ok(Self {
@@ -192,8 +171,7 @@ impl Game {
 
     /// On to the next event, no further than `until`.
     fn step(&mut self, until: Ps) {
-        let read_out = self.cameras.reading.map_or(Ps::MAX, |middle| middle + READ_OUT);
-        let next = self.next_tick.min(self.cameras.next_exposure).min(read_out).min(until);
+        let next = self.next_tick.min(self.cameras.next_event()).min(until);
         self.robot.run_until(next);
         if !self.kicked_off && next >= self.next_tick {
             self.kick_off();
@@ -201,11 +179,12 @@ impl Game {
         if next == self.next_tick {
             self.tick();
         }
-        if next == read_out {
-            self.frame(next);
-        }
-        if next == self.cameras.next_exposure {
-            self.expose(next);
+        let world = &mut self.world;
+        let taken = self.cameras.step(next, &mut self.robot, |time, left, right| {
+            world.render(OURS, time, left, right);
+        });
+        if taken {
+            self.collect_reports();
         }
     }
 
@@ -227,28 +206,7 @@ impl Game {
         }
     }
 
-    /// Both eyes see the world as it is now. Without a design in the FPGA nobody looks.
-    fn expose(&mut self, now: Ps) {
-        let fpga = &mut self.robot.turret.fpga;
-        let rate = fpga.frame_rate(now).map_or(DEFAULT_RATE, |rate| Ps::from(rate.max(1)));
-        self.cameras.next_exposure = now + SECOND / rate;
-        if self.cameras.reading.is_none() && fpga.function(now).is_some() {
-            let time = fpga.exposure_time(now);
-            self.world.render(OURS, time, &mut self.cameras.left, &mut self.cameras.right);
-            self.cameras.reading = Some(now);
-        }
-    }
-
-    /// The last row of both eyes is in.
-    fn frame(&mut self, now: Ps) {
-        let Some(mid_exposure) = self.cameras.reading.take() else { return };
-        self.robot.turret.frame(&Frame {
-            end: now,
-            mid_exposure,
-            left: &self.cameras.left,
-            right: &self.cameras.right,
-            flags: 0,
-        });
+    fn collect_reports(&mut self) {
         self.counts.frames += 1;
         for wire in self.robot.turret.take_reports() {
             self.hash.update(&wire);

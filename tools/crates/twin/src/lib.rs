@@ -1,5 +1,6 @@
 //! The loop that ties chips and world together.
 
+pub mod cameras;
 pub mod flash;
 pub mod game;
 pub mod robot;
