@@ -2,19 +2,32 @@
 
 #include "link/bytes.h"
 
-void config_status_encode(const config_status_t *status, uint8_t wire[CONFIG_STATUS_SIZE])
+int config_status_decode(const uint8_t wire[CONFIG_STATUS_SIZE], config_status_t *status)
 {
-    uint8_t pins = 0;
+    uint8_t pins = wire[CONFIG_STATUS_AT_PINS];
 
-    if (status->init)
-        pins |= 1u;
-    if (status->done)
-        pins |= 2u;
-    *wire++ = CONFIG_STATUS_VERSION;
-    *wire++ = status->result;
-    *wire++ = status->slot;
-    *wire++ = pins;
-    be_put32(wire, status->bytes);
-    be_put32(wire + 4, status->time_us);
-    be_put32(wire + 8, 0);
+    if (wire[0] != CONFIG_STATUS_VERSION)
+        return 0;
+    status->result = wire[CONFIG_STATUS_AT_RESULT];
+    status->slot = wire[CONFIG_STATUS_AT_SLOT];
+    status->init = pins & 1u;
+    status->done = (pins >> 1) & 1u;
+    status->bytes = be_get32(wire + CONFIG_STATUS_AT_BYTES);
+    status->time_us = be_get32(wire + CONFIG_STATUS_AT_TIME_US);
+    status->source = wire[CONFIG_STATUS_AT_SOURCE];
+    status->cause = wire[CONFIG_STATUS_AT_CAUSE];
+    return 1;
+}
+
+int store_status_decode(const uint8_t wire[STORE_STATUS_SIZE], store_status_t *status)
+{
+    if (wire[0] != STORE_STATUS_VERSION)
+        return 0;
+    status->result = wire[STORE_STATUS_AT_RESULT];
+    status->operation = wire[STORE_STATUS_AT_OPERATION];
+    status->slot = wire[STORE_STATUS_AT_SLOT];
+    status->bytes = be_get32(wire + STORE_STATUS_AT_BYTES);
+    status->default_slot = wire[STORE_STATUS_AT_DEFAULT];
+    status->golden_slot = wire[STORE_STATUS_AT_GOLDEN];
+    return 1;
 }

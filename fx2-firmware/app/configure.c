@@ -8,6 +8,7 @@
 #include "drivers/flash_bus.h"
 #include "drivers/flash_stream.h"
 #include "drivers/fpga_port.h"
+#include "link/bytes.h"
 
 /* The longest anything may take. The flash may still be erasing from before a reset of the FX2; the
  * FPGA clears its memory after PROG#; DONE rises within the bitstream's end. */
@@ -31,7 +32,7 @@ typedef enum {
 
 static uint8_t state = AT_REST; /* state_t */
 static uint16_t entered;        /* clock_ticks() when this state began */
-static XDATA config_status_t outcome;
+static XDATA uint8_t status[CONFIG_STATUS_SIZE];
 static XDATA stored_bitstream_t bitstream;
 static uint16_t full_blocks; /* left to clock into the FPGA */
 static uint16_t tail_bytes;  /* after them, 0..511 */
@@ -52,8 +53,8 @@ static void finish(uint8_t result)
     flash_stream_end();
     fpga_port_select(0);
     flash_bus_release();
-    outcome.result = result;
-    outcome.time_us = clock_us();
+    status[CONFIG_STATUS_AT_RESULT] = result;
+    be_put32(status + CONFIG_STATUS_AT_TIME_US, clock_us());
     state = AT_REST;
 }
 
@@ -70,9 +71,9 @@ void configure_start(void)
 {
     if (state >= AWAIT_INIT_LOW)
         fail(CONFIG_BUSY);
-    outcome.result = CONFIG_BUSY;
-    outcome.slot = CONFIG_NO_SLOT;
-    outcome.time_us = 0;
+    status[CONFIG_STATUS_AT_RESULT] = CONFIG_BUSY;
+    status[CONFIG_STATUS_AT_SLOT] = CONFIG_NO_SLOT;
+    be_put32(status + CONFIG_STATUS_AT_TIME_US, 0);
     bitstream.length = 0;
     full_blocks = 0;
     tail_bytes = 0;
@@ -95,12 +96,12 @@ static void find_slot(void)
         finish(CONFIG_NO_FLASH);
         return;
     }
-    outcome.slot = slot_store_default();
-    if (outcome.slot == CONFIG_NO_SLOT) {
+    status[CONFIG_STATUS_AT_SLOT] = slot_store_default();
+    if (status[CONFIG_STATUS_AT_SLOT] == CONFIG_NO_SLOT) {
         finish(CONFIG_NO_DEFAULT);
         return;
     }
-    if (!slot_store_find(outcome.slot, &bitstream)) {
+    if (!slot_store_find(status[CONFIG_STATUS_AT_SLOT], &bitstream)) {
         finish(CONFIG_BAD_SLOT);
         return;
     }
@@ -201,10 +202,17 @@ uint8_t configure_step(void)
     return state != AT_REST;
 }
 
-const config_status_t *configure_status(void)
+const XDATA uint8_t *configure_status(void)
 {
-    outcome.bytes = bitstream.length - (uint32_t)full_blocks * TURRET_FLASH_BLOCK - tail_bytes;
-    outcome.init = fpga_port_init_level();
-    outcome.done = fpga_port_done_level();
-    return &outcome;
+    status[0] = CONFIG_STATUS_VERSION;
+    status[CONFIG_STATUS_AT_PINS] =
+        (uint8_t)(fpga_port_init_level() | (uint8_t)(fpga_port_done_level() << 1));
+    be_put32(status + CONFIG_STATUS_AT_BYTES,
+             bitstream.length - (uint32_t)full_blocks * TURRET_FLASH_BLOCK - tail_bytes);
+    return status;
+}
+
+uint8_t configure_busy(void)
+{
+    return state != AT_REST;
 }

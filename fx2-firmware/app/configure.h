@@ -7,6 +7,7 @@
 #ifndef APP_CONFIGURE_H
 #define APP_CONFIGURE_H
 
+#include "drivers/compiler.h"
 #include "link/requests.h"
 
 #include <stdint.h>
@@ -17,8 +18,11 @@ void configure_start(void);
 /* Go on. Returns 1 while there is more to do. */
 uint8_t configure_step(void);
 
-/* How it stands, with the pins' levels of this moment. Valid until the next call of any of these.
- */
-const config_status_t *configure_status(void);
+/* 1 while there is more to do. */
+uint8_t configure_busy(void);
+
+/* How it stands, with the pins' levels of this moment: the answer to REQUEST_CONFIG_STATUS. Valid
+ * until the next call of any of these. */
+const XDATA uint8_t *configure_status(void);
 
 #endif

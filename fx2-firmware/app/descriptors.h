@@ -18,11 +18,6 @@
 /* The one configuration's value. */
 #define USB_CONFIGURATION_VALUE 1u
 
-/* Interface 0's alternate settings: control transfers only, and two bulk endpoints as sink and
- * source (drivers/usb_bulk.h). */
-#define USB_ALTERNATE_CONTROL     0u
-#define USB_ALTERNATE_SOURCE_SINK 1u
-
 /* The descriptor of type `type` and index `index` as it reads at high (1) or full speed (0); NULL
  * if there is none. Valid until the next call. (XDATA: most lie in program memory, but that is
  * where the FX2's MOVX reads too.) */

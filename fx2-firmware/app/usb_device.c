@@ -35,7 +35,7 @@ enum {
 
 static uint8_t configuration; /* 0 = not configured */
 static uint8_t alternate;     /* USB_ALTERNATE_* of interface 0 */
-static XDATA uint8_t reply[CONFIG_STATUS_SIZE];
+static XDATA uint8_t reply[2];
 
 /* The handlers below answer and return 1, or return 0 for a request to be refused. What the table
  * at the end demands of a request, they need not look at. */
@@ -151,7 +151,7 @@ static uint8_t get_interface(void)
 /* The endpoints' buffers serve the FPGA's configuration first. */
 static uint8_t set_interface(void)
 {
-    if (usb_setup.value > USB_ALTERNATE_SOURCE_SINK || configure_status()->result == CONFIG_BUSY)
+    if (usb_setup.value > USB_ALTERNATE_SOURCE_SINK || configure_busy())
         return 0;
     choose_alternate((uint8_t)usb_setup.value);
     return acknowledge();
@@ -159,8 +159,7 @@ static uint8_t set_interface(void)
 
 static uint8_t config_status(void)
 {
-    config_status_encode(configure_status(), reply);
-    return answer(reply, CONFIG_STATUS_SIZE);
+    return answer(configure_status(), CONFIG_STATUS_SIZE);
 }
 
 /* What a request must be like. */

@@ -6,11 +6,9 @@
 #ifndef DRIVERS_USB_BULK_H
 #define DRIVERS_USB_BULK_H
 
-#include <stdint.h>
+#include "link/requests.h"
 
-/* Addresses as in their descriptors. */
-#define USB_BULK_OUT 0x02u
-#define USB_BULK_IN  0x86u
+#include <stdint.h>
 
 /* Bytes of a packet. */
 #define USB_BULK_PACKET_FULL_SPEED 64u

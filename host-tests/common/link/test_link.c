@@ -5,6 +5,7 @@
 
 #include "link/bytes.h"
 #include "link/crc.h"
+#include "link/eeprom.h"
 #include "link/registers.h"
 #include "link/report.h"
 #include "link/requests.h"
@@ -263,26 +264,71 @@ static void test_slot_records_round_trip_and_show_free_and_damaged_places(void)
 static void test_config_status_has_its_golden_bytes(void)
 {
     static const uint8_t golden[CONFIG_STATUS_SIZE] = {
-        0x01, 0x06, 0x00, 0x02, 0x00, 0x03, 0x93, 0xD8, 0x00, 0x00, 0x9C, 0x40, 0, 0, 0, 0};
+        0x01, 0x00, 0x1F, 0x03, 0x00, 0x03, 0x93, 0xD8, 0x00, 0x00, 0x9C, 0x40, 0x04, 0x06, 0, 0};
+    config_status_t expected;
     config_status_t status;
-    config_status_t back;
     uint8_t wire[CONFIG_STATUS_SIZE];
 
+    memset(&expected, 0, sizeof expected);
+    expected.result = CONFIG_OK;
+    expected.slot = 31;
+    expected.init = 1;
+    expected.done = 1;
+    expected.bytes = 234456ul;
+    expected.time_us = 40000ul;
+    expected.source = CONFIG_FROM_GOLDEN;
+    expected.cause = CONFIG_CRC_ERROR;
     memset(&status, 0, sizeof status);
-    status.result = CONFIG_CRC_ERROR;
-    status.slot = 0;
-    status.init = 0;
-    status.done = 1;
-    status.bytes = 234456ul;
-    status.time_us = 40000ul;
-    config_status_encode(&status, wire);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(golden, wire, CONFIG_STATUS_SIZE);
+    TEST_ASSERT_EQUAL_INT(1, config_status_decode(golden, &status));
+    TEST_ASSERT_EQUAL_MEMORY(&expected, &status, sizeof status);
 
-    memset(&back, 0, sizeof back);
-    TEST_ASSERT_EQUAL_INT(1, config_status_decode(golden, &back));
-    TEST_ASSERT_EQUAL_MEMORY(&status, &back, sizeof back);
-    wire[0] = 2;
-    TEST_ASSERT_EQUAL_INT(0, config_status_decode(wire, &back));
+    memcpy(wire, golden, sizeof wire);
+    wire[0] = CONFIG_STATUS_VERSION + 1;
+    TEST_ASSERT_EQUAL_INT(0, config_status_decode(wire, &status));
+}
+
+static void test_store_status_has_its_golden_bytes(void)
+{
+    static const uint8_t golden[STORE_STATUS_SIZE] = {
+        0x01, 0x01, 0xBA, 0x05, 0x00, 0x03, 0x90, 0x00, 0xFF, 0x02, 0, 0, 0, 0, 0, 0};
+    store_status_t expected;
+    store_status_t status;
+    uint8_t wire[STORE_STATUS_SIZE];
+
+    memset(&expected, 0, sizeof expected);
+    expected.result = STORE_BUSY;
+    expected.operation = REQUEST_STORE_WRITE;
+    expected.slot = 5;
+    expected.bytes = 233472ul;
+    expected.default_slot = CONFIG_NO_SLOT;
+    expected.golden_slot = 2;
+    memset(&status, 0, sizeof status);
+    TEST_ASSERT_EQUAL_INT(1, store_status_decode(golden, &status));
+    TEST_ASSERT_EQUAL_MEMORY(&expected, &status, sizeof status);
+
+    memcpy(wire, golden, sizeof wire);
+    wire[0] = STORE_STATUS_VERSION + 1;
+    TEST_ASSERT_EQUAL_INT(0, store_status_decode(wire, &status));
+}
+
+static void test_serial_number_has_its_golden_bytes(void)
+{
+    static const uint8_t golden[EEPROM_SERIAL_SIZE] = {0x53, 0x4E, 0x53, 0x4F, 0x54, 0x30,
+                                                       0x30, 0x30, 0x30, 0x30, 0x30, 0x30,
+                                                       0x34, 0x32, 0x82, 0x8D};
+    uint8_t wire[EEPROM_SERIAL_SIZE];
+    uint8_t bit;
+
+    eeprom_serial_encode("SOT000000042", wire);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(golden, wire, EEPROM_SERIAL_SIZE);
+    TEST_ASSERT_EQUAL_UINT8(1, eeprom_serial_check(golden));
+    for (bit = 0; bit < 8u * EEPROM_SERIAL_SIZE; bit++) {
+        wire[bit >> 3] ^= (uint8_t)(1u << (bit & 7u));
+        TEST_ASSERT_EQUAL_UINT8(0, eeprom_serial_check(wire));
+        wire[bit >> 3] ^= (uint8_t)(1u << (bit & 7u));
+    }
+    memset(wire, 0xFF, sizeof wire);
+    TEST_ASSERT_EQUAL_UINT8(0, eeprom_serial_check(wire));
 }
 
 int main(void)
@@ -303,5 +349,7 @@ int main(void)
     RUN_TEST(test_slot_texts_too_long_are_cut_and_stay_terminated);
     RUN_TEST(test_slot_records_round_trip_and_show_free_and_damaged_places);
     RUN_TEST(test_config_status_has_its_golden_bytes);
+    RUN_TEST(test_store_status_has_its_golden_bytes);
+    RUN_TEST(test_serial_number_has_its_golden_bytes);
     return UNITY_END();
 }

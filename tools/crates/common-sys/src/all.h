@@ -1,6 +1,7 @@
 /* What Rust sees of the C side. */
 #include "link/bytes.h"
 #include "link/crc.h"
+#include "link/eeprom.h"
 #include "link/registers.h"
 #include "link/report.h"
 #include "link/requests.h"

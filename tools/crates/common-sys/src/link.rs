@@ -4,7 +4,10 @@
 
 use crate::ffi;
 
-pub use ffi::{config_status_t as ConfigStatus, report_t as Report, slot_header_t as SlotHeader};
+pub use ffi::{
+    config_status_t as ConfigStatus, report_t as Report, slot_header_t as SlotHeader,
+    store_status_t as StoreStatus,
+};
 
 /// Bytes of a vision report.
 pub const REPORT_SIZE: usize = ffi::REPORT_SIZE as usize;
@@ -16,6 +19,12 @@ pub const SLOT_RECORD_SIZE: usize = ffi::SLOT_RECORD_SIZE as usize;
 pub const REGISTER_WRITE_BYTES: usize = ffi::REGISTER_WRITE_BYTES as usize;
 /// Bytes of a configuration status.
 pub const CONFIG_STATUS_SIZE: usize = ffi::CONFIG_STATUS_SIZE as usize;
+/// Bytes of a store status.
+pub const STORE_STATUS_SIZE: usize = ffi::STORE_STATUS_SIZE as usize;
+/// Bytes of a serial number as the EEPROM holds it.
+pub const EEPROM_SERIAL_SIZE: usize = ffi::EEPROM_SERIAL_SIZE as usize;
+/// Characters of a serial number.
+pub const EEPROM_SERIAL_TEXT: usize = ffi::EEPROM_SERIAL_TEXT as usize;
 
 /// CRC-16/CCITT-FALSE of `data`.
 pub fn crc16(data: &[u8]) -> u16 {
@@ -107,4 +116,29 @@ pub fn config_status_decode(wire: &[u8; CONFIG_STATUS_SIZE]) -> Option<ConfigSta
     // SAFETY: `wire` has CONFIG_STATUS_SIZE bytes.
     let known = unsafe { ffi::config_status_decode(wire.as_ptr(), &mut status) };
     (known != 0).then_some(status)
+}
+
+/// The store status in `wire`, or None if its version is unknown.
+pub fn store_status_decode(wire: &[u8; STORE_STATUS_SIZE]) -> Option<StoreStatus> {
+    let mut status = StoreStatus::default();
+    // SAFETY: `wire` has STORE_STATUS_SIZE bytes.
+    let known = unsafe { ffi::store_status_decode(wire.as_ptr(), &mut status) };
+    (known != 0).then_some(status)
+}
+
+/// The 16 bytes of the serial number `text` in the EEPROM.
+pub fn eeprom_serial_encode(text: &[u8; EEPROM_SERIAL_TEXT]) -> [u8; EEPROM_SERIAL_SIZE] {
+    let mut wire = [0; EEPROM_SERIAL_SIZE];
+    // SAFETY: `text` has EEPROM_SERIAL_TEXT bytes, `wire` EEPROM_SERIAL_SIZE; c_char and u8 have the
+    // same size and alignment.
+    unsafe { ffi::eeprom_serial_encode(text.as_ptr().cast(), wire.as_mut_ptr()) };
+    wire
+}
+
+/// The serial number in `wire`, or None if there is none or it is damaged.
+pub fn eeprom_serial_decode(wire: &[u8; EEPROM_SERIAL_SIZE]) -> Option<[u8; EEPROM_SERIAL_TEXT]> {
+    // SAFETY: `wire` has EEPROM_SERIAL_SIZE bytes.
+    let whole = unsafe { ffi::eeprom_serial_check(wire.as_ptr()) } != 0;
+    let text = &wire[ffi::EEPROM_SERIAL_TEXT_AT as usize..][..EEPROM_SERIAL_TEXT];
+    whole.then(|| text.try_into().expect("that many"))
 }
