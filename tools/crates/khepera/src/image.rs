@@ -68,6 +68,10 @@ fn put(flash: &mut [u8], address: u64, data: &[u8]) -> Result<usize, ImageError>
 
 /// Loads by physical address: initialised data lies in flash and is copied by the start-up code.
 fn load_elf(image: &[u8], flash: &mut [u8]) -> Result<usize, ImageError> {
+    // A 64-bit file is not a damaged 32-bit one.
+    if image.get(elf::ELFMAG.len()).is_some_and(|&class| class != elf::ELFCLASS32.0) {
+        return Err(ImageError::WrongMachine);
+    }
     let damaged = |e: object::read::Error| ImageError::DamagedElf(e.to_string());
     let header = elf::FileHeader32::<Endianness>::parse(image).map_err(damaged)?;
     let endian = header.endian().map_err(damaged)?;

@@ -64,15 +64,16 @@ const RESET_CLOCKS: u64 = 512;
 pub struct Config {
     /// When it is switched on.
     pub start: Ps,
-    /// Bits a second at the other end of the serial line, 8N1.
-    pub host_baud: u32,
+    /// Bits a second at the other end of the serial line, 8N1; None: whatever the base's SCI is set
+    /// to.
+    pub host_baud: Option<u32>,
     /// Battery voltage in mV.
     pub battery_mv: u32,
 }
 
 impl Default for Config {
     fn default() -> Self {
-        Self { start: 0, host_baud: board::BOARD_BAUD, battery_mv: drive::NOMINAL_MV }
+        Self { start: 0, host_baud: Some(board::BOARD_BAUD), battery_mv: drive::NOMINAL_MV }
     }
 }
 
@@ -285,8 +286,8 @@ impl Base {
         self.soc.qsm.sci.host_framing_errors
     }
 
-    /// Change the host's baud rate; not while characters are waiting.
-    pub fn serial_set_baud(&mut self, baud: u32) {
+    /// Change the host's baud rate (None: it follows the SCI's); not while characters are waiting.
+    pub fn serial_set_baud(&mut self, baud: Option<u32>) {
         self.soc.qsm.sci.set_host_baud(baud);
     }
 

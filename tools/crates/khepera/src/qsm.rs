@@ -33,7 +33,7 @@ impl From<Option<Pins>> for Effect {
 }
 
 impl Qsm {
-    pub fn new(host_baud: u32) -> Self {
+    pub fn new(host_baud: Option<u32>) -> Self {
         Self { qsmcr: 0x0080, qilr: 0, qivr: 0x0F, sci: Sci::new(host_baud), qspi: Qspi::default() }
     }
 

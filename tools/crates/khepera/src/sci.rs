@@ -62,6 +62,10 @@ fn resample(character: u8, sent_ps: Ps, own_ps: Ps, next: Option<u8>) -> (u8, bo
     (data, sample(9))
 }
 
+fn bit_of(baud: u32) -> Ps {
+    SECOND / u64::from(baud.max(1))
+}
+
 /// The SCI with both directions of its line.
 #[derive(Clone, Debug)]
 pub(crate) struct Sci {
@@ -80,14 +84,15 @@ pub(crate) struct Sci {
     from_host: VecDeque<u8>,
     /// When the first of them starts or started.
     host_start: Ps,
-    host_bit: Ps,
+    /// The host's bit; None: it follows the SCI's own.
+    host_bit: Option<Ps>,
     to_host: Vec<(Ps, u8)>,
     /// Characters that arrived with a wrong stop bit at the host.
     pub host_framing_errors: u64,
 }
 
 impl Sci {
-    pub fn new(host_baud: u32) -> Self {
+    pub fn new(host_baud: Option<u32>) -> Self {
         Self {
             sccr0: 0x0004,
             sccr1: 0,
@@ -101,7 +106,7 @@ impl Sci {
             idle_at: NEVER,
             from_host: VecDeque::new(),
             host_start: 0,
-            host_bit: SECOND / u64::from(host_baud.max(1)),
+            host_bit: host_baud.map(bit_of),
             to_host: Vec::new(),
             host_framing_errors: 0,
         }
@@ -117,7 +122,7 @@ impl Sci {
             host_start: self.host_start,
             host_bit: self.host_bit,
             host_framing_errors: self.host_framing_errors,
-            ..Self::new(1)
+            ..Self::new(None)
         };
     }
 
@@ -129,8 +134,16 @@ impl Sci {
         if self.sccr1 & cr1::M != 0 { 11 } else { 10 }
     }
 
-    pub fn set_host_baud(&mut self, baud: u32) {
-        self.host_bit = SECOND / u64::from(baud.max(1));
+    pub fn set_host_baud(&mut self, baud: Option<u32>) {
+        self.host_bit = baud.map(bit_of);
+    }
+
+    fn own_bit(&self, time: &Timebase) -> Ps {
+        (self.bit_clocks() * SECOND / time.hz()).max(1)
+    }
+
+    fn host_bit(&self, time: &Timebase) -> Ps {
+        self.host_bit.unwrap_or_else(|| self.own_bit(time))
     }
 
     pub fn send(&mut self, now: Ps, bytes: &[u8]) {
@@ -167,7 +180,7 @@ impl Sci {
         if self.rx_end == NEVER && !self.from_host.is_empty() {
             let start = time.clk_at_or_after(self.host_start);
             if start <= clk {
-                self.start_bit(start);
+                self.start_bit(start, time);
             }
         }
         if self.idle_at <= clk {
@@ -179,8 +192,8 @@ impl Sci {
     fn end_of_sent_frame(&mut self, time: &Timebase) {
         let end = self.tx_end;
         if let Some(character) = self.shifter.take() {
-            let own_bit = self.bit_clocks() * SECOND / time.hz();
-            let (byte, stop) = resample(character as u8, own_bit.max(1), self.host_bit, None);
+            let (byte, stop) =
+                resample(character as u8, self.own_bit(time), self.host_bit(time), None);
             if stop {
                 self.to_host.push((time.ps(end), byte));
             } else {
@@ -205,9 +218,9 @@ impl Sci {
         self.tx_end = clk + self.frame_bits() * self.bit_clocks();
     }
 
-    fn start_bit(&mut self, clk: u64) {
+    fn start_bit(&mut self, clk: u64, time: &Timebase) {
         if self.sccr1 & cr1::RE == 0 || self.bit_clocks() == 0 {
-            self.next_from_host(); // nobody listens
+            self.next_from_host(time); // nobody listens
             return;
         }
         self.status |= sr::RAF;
@@ -216,9 +229,9 @@ impl Sci {
         self.rx_end = clk + (2 * self.frame_bits() - 1) * self.bit_clocks() / 2;
     }
 
-    fn next_from_host(&mut self) {
+    fn next_from_host(&mut self, time: &Timebase) {
         self.from_host.pop_front();
-        self.host_start += 10 * self.host_bit;
+        self.host_start += 10 * self.host_bit(time);
     }
 
     fn end_of_received_frame(&mut self, time: &Timebase) {
@@ -226,11 +239,10 @@ impl Sci {
         self.rx_end = NEVER;
         self.status &= !sr::RAF;
         self.idle_at = end + self.frame_bits() * self.bit_clocks();
-        let own_bit = self.bit_clocks() * SECOND / time.hz();
         let Some(&sent) = self.from_host.front() else { return };
         let next = self.from_host.get(1).copied();
-        let (byte, stop) = resample(sent, self.host_bit, own_bit.max(1), next);
-        self.next_from_host();
+        let (byte, stop) = resample(sent, self.host_bit(time), self.own_bit(time), next);
+        self.next_from_host(time);
         if self.sccr1 & cr1::RE == 0 {
             return;
         }

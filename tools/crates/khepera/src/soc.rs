@@ -69,7 +69,7 @@ const RESET_HZ: u64 = 4 * board::BOARD_CRYSTAL_HZ as u64 * 64;
 
 impl Soc {
     /// Powered on at time `start` with this flash.
-    pub fn new(flash: Vec<u8>, host_baud: u32, battery_mv: u32, start: Ps) -> Self {
+    pub fn new(flash: Vec<u8>, host_baud: Option<u32>, battery_mv: u32, start: Ps) -> Self {
         let time = Timebase::new(RESET_HZ, start);
         let system = Integration::new(ResetCause::PowerUp, 0, &time);
         let mut soc = Self {

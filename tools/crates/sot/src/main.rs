@@ -8,7 +8,9 @@ mod fifo_master;
 mod interrupt;
 mod output;
 mod play;
+mod pty;
 mod twin;
+mod twin_khepera;
 
 use std::process::ExitCode;
 

@@ -5,7 +5,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::{ArgAction, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::json;
@@ -265,10 +265,7 @@ fn load_images(args: &Args) -> Result<Images> {
     };
     Ok(Images {
         fx2: read_image(args.fx2_image.as_deref(), "fx2-firmware/fx2-firmware.ihx")?,
-        khepera: read_image(
-            args.khepera_image.as_deref(),
-            "khepera-firmware/khepera-firmware.elf",
-        )?,
+        khepera: read_image(args.khepera_image.as_deref(), KHEPERA_IMAGE)?,
         flash,
     })
 }
@@ -283,12 +280,20 @@ fn default_flash() -> Result<Vec<u8>> {
 fn read_image(given: Option<&Path>, built: &str) -> Result<Vec<u8>> {
     match given {
         Some(path) => read_file(path),
-        None => {
-            let path = build_folder()?.join(built);
-            std::fs::read(&path).with_context(|| {
-                format!("{} is not built yet; tools/play builds it", path.display())
-            })
-        }
+        None => read_file(&built_image(built)?),
+    }
+}
+
+/// The base's program in the build folder.
+pub const KHEPERA_IMAGE: &str = "khepera-firmware/khepera-firmware.elf";
+
+/// A firmware image as built from this tree.
+pub fn built_image(image: &str) -> Result<PathBuf> {
+    let path = build_folder()?.join(image);
+    if path.is_file() {
+        Ok(path)
+    } else {
+        bail!("{} is not built yet; tools/play builds it", path.display())
     }
 }
 

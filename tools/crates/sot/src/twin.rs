@@ -21,11 +21,13 @@ use usbredir::{Event, Notice, Options};
 use crate::fifo_master::CountingMaster;
 use crate::interrupt::{self, Interrupted};
 use crate::output::{Usage, write_file};
+use crate::twin_khepera::{self, KheperaArgs};
 
 /// Run one chip of the robot alone
 #[derive(Subcommand)]
 pub enum Command {
     Fx2(Fx2Args),
+    Khepera(KheperaArgs),
 }
 
 /// An FX2 (CY7C68013) with any firmware image, served to QEMU's guests over usbredir
@@ -108,6 +110,7 @@ const DEFAULT_ADDRESS: &str = "127.0.0.1:4000";
 /// Longer files are no programs for an 8051, whatever their kind.
 const IMAGE_FILE_MAX: u64 = 1 << 20;
 const EEPROM_FILE_MAX: u64 = 16 << 10;
+const NOT_FX2: &str = "it is not for an FX2";
 /// Sizes and I2C addresses of the EEPROMs that the boot loader looks for (TRM 3.4).
 const SMALL_EEPROM: usize = 256;
 const SMALL_EEPROM_ADDRESS: u8 = 0x50;
@@ -125,7 +128,8 @@ const PRINTED_MAX: usize = 20;
 /// Time that the host without a guest gives one transfer.
 const HEADLESS_BUDGET: Ps = 500 * MS;
 
-fn parse_seconds(text: &str) -> Result<f64, String> {
+/// Simulated seconds of a run.
+pub fn parse_seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if seconds > 0.0 && seconds <= SECONDS_MAX => Ok(seconds),
         _ => Err(format!("write simulated seconds, more than 0 and at most {SECONDS_MAX}")),
@@ -136,6 +140,7 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
 pub fn run(command: &Command) -> Result<()> {
     match command {
         Command::Fx2(args) => run_fx2(args),
+        Command::Khepera(args) => twin_khepera::run(args),
     }
 }
 
@@ -182,19 +187,19 @@ fn run_fx2(args: &Fx2Args) -> Result<()> {
 }
 
 /// The bytes of `path` if they are `limit` or less: an endless file must not hang us.
-fn read_limited(path: &Path, limit: u64) -> Result<Vec<u8>> {
+pub fn read_limited(path: &Path, limit: u64, verdict: &str) -> Result<Vec<u8>> {
     let cannot = || format!("cannot read {}", path.display());
     let mut bytes = Vec::new();
     let file = File::open(path).with_context(cannot)?;
     file.take(limit + 1).read_to_end(&mut bytes).with_context(cannot)?;
     if bytes.len() as u64 > limit {
-        bail!("{} is longer than {limit} bytes; it is not for an FX2", path.display());
+        bail!("{} is longer than {limit} bytes; {verdict}", path.display());
     }
     Ok(bytes)
 }
 
 fn load_image(chip: &mut Fx2, path: &Path) -> Result<()> {
-    let bytes = read_limited(path, IMAGE_FILE_MAX)?;
+    let bytes = read_limited(path, IMAGE_FILE_MAX, NOT_FX2)?;
     let has_colon = bytes.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b':');
     let is_hex = path.extension().is_some_and(|ending| {
         ["ihx", "hex", "ihex"].iter().any(|hex| ending.eq_ignore_ascii_case(hex))
@@ -215,7 +220,7 @@ fn load_image(chip: &mut Fx2, path: &Path) -> Result<()> {
 }
 
 fn read_eeprom(path: &Path) -> Result<Eeprom> {
-    let bytes = read_limited(path, EEPROM_FILE_MAX)?;
+    let bytes = read_limited(path, EEPROM_FILE_MAX, NOT_FX2)?;
     let small = bytes.len() <= SMALL_EEPROM && bytes.first() == Some(&IDENTITY_ONLY);
     let eeprom = if small {
         Eeprom::small(SMALL_EEPROM_ADDRESS, &bytes)
