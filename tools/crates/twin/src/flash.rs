@@ -9,6 +9,7 @@
 //! erase, block protection, the extended block; their commands are listed in the diagnostics.
 
 use std::fmt;
+use std::ops::Range;
 
 use common_sys::constants::{FLASH_SECTOR_SIZE, FLASH_SIZE, TURRET_FLASH_ACCESS_NS};
 use sim::{MS, NS, Ps, TraceHash, US};
@@ -184,6 +185,8 @@ pub struct Flash {
     buffer: Vec<(usize, u8)>,
     job: Option<(Job, Ps, Ps)>,
     toggle: bool,
+    /// Places that have changed, oldest first, if somebody wants to know.
+    changes: Option<Vec<Range<usize>>>,
     diagnostics: Diagnostics<Violation>,
 }
 
@@ -219,6 +222,7 @@ impl Flash {
             buffer: Vec::new(),
             job: None,
             toggle: false,
+            changes: None,
             diagnostics: Diagnostics::default(),
         }
     }
@@ -226,6 +230,26 @@ impl Flash {
     /// What is stored. An operation under way is not in it yet.
     pub fn image(&self) -> &[u8] {
         &self.array
+    }
+
+    /// From now on [`Flash::take_changes`] tells what changes, for whoever keeps the contents in a file.
+    pub fn record_changes(&mut self) {
+        self.changes.get_or_insert_default();
+    }
+
+    /// Where the contents have changed since the last call, oldest first; what an operation under way
+    /// does is told when it has ended.
+    pub fn take_changes(&mut self, now: Ps) -> Vec<Range<usize>> {
+        self.settle(now);
+        self.changes.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    fn note_change(&mut self, range: Range<usize>) {
+        let Some(changes) = &mut self.changes else { return };
+        match changes.last_mut() {
+            Some(last) if last.end == range.start => last.end = range.end,
+            _ => changes.push(range),
+        }
     }
 
     /// What was done to the chip that it does not allow.
@@ -307,8 +331,9 @@ impl Flash {
             }
         }
         let array = std::mem::take(&mut self.array);
+        let changes = self.changes.take();
         let diagnostics = std::mem::take(&mut self.diagnostics);
-        *self = Self { diagnostics, ..Self::with_array(array) };
+        *self = Self { changes, diagnostics, ..Self::with_array(array) };
     }
 
     fn read(&mut self, now: Ps) -> u8 {
@@ -477,6 +502,7 @@ impl Flash {
         match job {
             Job::Program { bytes } => {
                 for (at, value) in bytes {
+                    self.note_change(at..at + 1);
                     self.array[at] &= value;
                     if self.array[at] != value {
                         self.diagnostics.note(end, Violation::ProgramNeedsErase);
@@ -486,7 +512,9 @@ impl Flash {
             }
             Job::Erase { sectors, .. } => {
                 for sector in sectors {
-                    self.array[sector * SECTOR..(sector + 1) * SECTOR].fill(0xFF);
+                    let bytes = sector * SECTOR..(sector + 1) * SECTOR;
+                    self.array[bytes.clone()].fill(0xFF);
+                    self.note_change(bytes);
                 }
             }
         }
@@ -501,6 +529,7 @@ impl Flash {
             let cleared =
                 (0..8).filter(|&bit| chance(at, bit, share)).fold(0, |bits, bit| bits | 1 << bit);
             self.array[at] &= value | !cleared;
+            self.note_change(at..at + 1);
         }
     }
 
@@ -512,6 +541,7 @@ impl Flash {
         for (index, &sector) in sectors.iter().enumerate() {
             let done = (position - index as f64).clamp(0.0, 1.0);
             let first = sector * SECTOR;
+            self.note_change(first..first + SECTOR);
             for at in first..first + SECTOR {
                 let share = if done < CLEARING { done / CLEARING } else { 1.0 };
                 let set = ((done - CLEARING) / (1.0 - CLEARING)).max(0.0);

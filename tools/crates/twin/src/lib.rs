@@ -1,6 +1,7 @@
 //! The loop that ties chips and world together.
 
 pub mod cameras;
+pub mod desk;
 pub mod flash;
 pub mod game;
 pub mod robot;

@@ -75,20 +75,21 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// A robot at time 0, switched on, with a host plugged into its turret.
+    /// A robot at time 0, switched on, with the turret's program in its boot EEPROM.
     ///
     /// # Errors
     /// If one of the images is unusable.
     pub fn new(images: &Images) -> Result<Self, Error> {
-        let program = Image::parse(&images.fx2)?;
-        program.check(fx2::Ram::K8.bytes())?;
-        let identity = Identity {
-            vendor: c::USB_VENDOR_ID as u16,
-            product: c::USB_PRODUCT_ID as u16,
-            device: ((c::USB_API_LEVEL << 8) | c::USB_BOARD_REVISION) as u16,
-        };
-        let boot = c2_image(&program, identity, BootConfig { fast: true, ..BootConfig::default() });
-        let eeprom = Eeprom::large(c::TURRET_EEPROM_ADDRESS as u8, &boot)?;
+        Self::with_eeprom(images, &boot_image(&images.fx2)?)
+    }
+
+    /// A robot at time 0, switched on, with these contents of the boot EEPROM: the turret's program is
+    /// what is in there, not [`Images::fx2`].
+    ///
+    /// # Errors
+    /// If one of the images is unusable.
+    pub fn with_eeprom(images: &Images, eeprom: &[u8]) -> Result<Self, Error> {
+        let eeprom = Eeprom::large(c::TURRET_EEPROM_ADDRESS as u8, eeprom)?;
         Ok(Self {
             turret: Turret::new(Flash::from_image(&images.flash)?, eeprom),
             fx2: Fx2::new(fx2::Config::default()),
@@ -137,6 +138,21 @@ impl Robot {
         let base = self.base.diagnostics().iter().map(|d| format!("68331: {d:?}"));
         fx2.chain(base).collect()
     }
+}
+
+/// What the boot EEPROM holds when a turret leaves the workshop: `program`, Intel hex or raw.
+///
+/// # Errors
+/// If the program is unusable.
+pub fn boot_image(program: &[u8]) -> Result<Vec<u8>, Error> {
+    let program = Image::parse(program)?;
+    program.check(fx2::Ram::K8.bytes())?;
+    let identity = Identity {
+        vendor: c::USB_VENDOR_ID as u16,
+        product: c::USB_PRODUCT_ID as u16,
+        device: ((c::USB_API_LEVEL << 8) | c::USB_BOARD_REVISION) as u16,
+    };
+    Ok(c2_image(&program, identity, BootConfig { fast: true, ..BootConfig::default() }))
 }
 
 impl Link for Robot {

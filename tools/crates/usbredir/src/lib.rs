@@ -6,10 +6,13 @@
 //!   -chardev socket,id=ur,host=127.0.0.1,port=4000 -device usb-redir,chardev=ur,bus=hc.0
 //! ```
 //!
+//! [`client`] is the other side, for programs that use such a device without a kernel in between.
+//!
 //! [`protocol`] turns bytes into packets, [`session`] packets into transfers on the emulated bus;
 //! [`serve`] adds the socket and paces simulated time to the wall clock. Isochronous streams are not
 //! offered.
 
+pub mod client;
 mod kept;
 pub mod protocol;
 pub mod session;

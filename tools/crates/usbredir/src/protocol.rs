@@ -28,11 +28,11 @@ pub const OURS: u32 = capability::CONNECT_DEVICE_VERSION
 pub const LENGTH_MAX: usize = 4 << 20;
 
 /// Bytes of the version string in hello.
-const VERSION_SIZE: usize = 64;
+pub(crate) const VERSION_SIZE: usize = 64;
 /// Endpoint slots: 0..=15 OUT, 16..=31 IN.
 pub const ENDPOINTS: usize = 32;
 
-mod kind {
+pub(crate) mod kind {
     pub const HELLO: u32 = 0;
     pub const DEVICE_CONNECT: u32 = 1;
     pub const DEVICE_DISCONNECT: u32 = 2;
@@ -74,6 +74,16 @@ pub enum Status {
     Stall = 4,
     /// More data than asked for.
     Babble = 6,
+}
+
+impl Status {
+    /// From its number; what is unknown is a failure.
+    pub(crate) fn from_code(code: u8) -> Self {
+        [Self::Success, Self::Cancelled, Self::Invalid, Self::Stall, Self::Babble]
+            .into_iter()
+            .find(|status| *status as u8 == code)
+            .unwrap_or(Self::IoError)
+    }
 }
 
 /// A control transfer's fields; `length` is what was asked for, or moved in an answer.
@@ -202,15 +212,15 @@ impl Reader {
     }
 }
 
-fn header_size(shared: u32) -> usize {
+pub(crate) fn header_size(shared: u32) -> usize {
     if shared & capability::IDS_64 != 0 { 16 } else { 12 }
 }
 
-fn u16_at(bytes: &[u8], at: usize) -> u16 {
+pub(crate) fn u16_at(bytes: &[u8], at: usize) -> u16 {
     u16::from_le_bytes([bytes[at], bytes[at + 1]])
 }
 
-fn u32_at(bytes: &[u8], at: usize) -> u32 {
+pub(crate) fn u32_at(bytes: &[u8], at: usize) -> u32 {
     u32::from(u16_at(bytes, at)) | u32::from(u16_at(bytes, at + 2)) << 16
 }
 
@@ -323,7 +333,7 @@ pub struct Writer {
 }
 
 impl Writer {
-    fn packet(&mut self, kind: u32, id: u64, parts: &[&[u8]]) {
+    pub(crate) fn packet(&mut self, kind: u32, id: u64, parts: &[&[u8]]) {
         let length: usize = parts.iter().map(|part| part.len()).sum();
         self.bytes.extend_from_slice(&kind.to_le_bytes());
         self.bytes.extend_from_slice(&(length as u32).to_le_bytes());
