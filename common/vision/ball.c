@@ -34,6 +34,7 @@ typedef struct {
 typedef struct {
     int16_t x_q4[EYE_COUNT][2][BALL_MAX_ROWS];
     uint8_t count;
+    uint8_t yellow_margin;
 } outline_t;
 
 static int magnitude(int value)
@@ -41,16 +42,17 @@ static int magnitude(int value)
     return value < 0 ? -value : value;
 }
 
-void ball_begin(ball_finder_t *finder)
+void ball_begin(ball_finder_t *finder, uint8_t yellow_margin)
 {
+    finder->yellow_margin = yellow_margin;
     strips_begin(&finder->strips[EYE_LEFT]);
     strips_begin(&finder->strips[EYE_RIGHT]);
 }
 
 void ball_row(ball_finder_t *finder, uint8_t row, const uint16_t *left, const uint16_t *right)
 {
-    strips_row(&finder->strips[EYE_LEFT], row, left);
-    strips_row(&finder->strips[EYE_RIGHT], row, right);
+    strips_row(&finder->strips[EYE_LEFT], row, left, finder->yellow_margin);
+    strips_row(&finder->strips[EYE_RIGHT], row, right, finder->yellow_margin);
 }
 
 static int make_candidate(const blob_t *blob, candidate_t *c)
@@ -239,7 +241,8 @@ static int16_t place_end(const uint16_t *row, int x, int outward)
 }
 
 /* Outermost yellow columns of the row within the candidate's box. */
-static int strip_in_row(const uint16_t *row, const candidate_t *c, uint16_t *first, uint16_t *last)
+static int strip_in_row(const uint16_t *row, const candidate_t *c, uint8_t yellow_margin,
+                        uint16_t *first, uint16_t *last)
 {
     uint8_t mask[CAMERA_WIDTH_PX];
     uint16_t x = 0;
@@ -247,7 +250,7 @@ static int strip_in_row(const uint16_t *row, const candidate_t *c, uint16_t *fir
     uint16_t b;
     int widest = 0;
 
-    color_yellow_mask(row, CAMERA_WIDTH_PX, mask);
+    color_yellow_mask(row, CAMERA_WIDTH_PX, yellow_margin, mask);
     while (strips_next(mask, &x, &a, &b)) {
         if (a > c->blob->last || b < c->blob->first || b - a < widest)
             continue;
@@ -267,7 +270,7 @@ static void trace_eye(const frame_pair_t *frames, int eye, const candidate_t *c,
         const uint16_t *row = frame_row(frames, eye, c->row - half_rows + i * step);
         uint16_t first;
         uint16_t last;
-        int found = strip_in_row(row, c, &first, &last);
+        int found = strip_in_row(row, c, outline->yellow_margin, &first, &last);
 
         outline->x_q4[eye][LEFT_END][i] =
             found && !c->cut[LEFT_END] ? place_end(row, first, -1) : NO_END;
@@ -441,12 +444,13 @@ static int pair_confidence(const candidate_t pair[EYE_COUNT], int d_q4)
 }
 
 static void report_pair(const frame_pair_t *frames, const candidate_t pair[EYE_COUNT],
-                        uint8_t search_max, report_t *report)
+                        uint8_t yellow_margin, uint8_t search_max, report_t *report)
 {
     const candidate_t *right = &pair[EYE_RIGHT];
     outline_t outline;
     int d_q4;
 
+    outline.yellow_margin = yellow_margin;
     trace(frames, pair, &outline);
     d_q4 = refine_disparity_q4(pair, &outline);
     if (d_q4 < (int)DEPTH_MIN_DISPARITY_Q4)
@@ -479,7 +483,7 @@ void ball_end(const ball_finder_t *finder, const frame_pair_t *frames, uint8_t s
     int in_left;
 
     if (best_pair(finder, pair)) {
-        report_pair(frames, pair, search_max, report);
+        report_pair(frames, pair, finder->yellow_margin, search_max, report);
         return;
     }
     in_right = best_single(&finder->strips[EYE_RIGHT], &single[EYE_RIGHT]);

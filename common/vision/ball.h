@@ -28,10 +28,11 @@
 
 typedef struct {
     strips_t strips[EYE_COUNT];
+    uint8_t yellow_margin;
 } ball_finder_t;
 
-/* Start a pair of frames. */
-void ball_begin(ball_finder_t *finder);
+/* Start a pair of frames. yellow_margin: that of color_yellow_mask. */
+void ball_begin(ball_finder_t *finder, uint8_t yellow_margin);
 
 /* Take the next row of both eyes, CAMERA_WIDTH_PX RGB565 pixels each. */
 void ball_row(ball_finder_t *finder, uint8_t row, const uint16_t *left, const uint16_t *right);

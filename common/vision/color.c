@@ -62,13 +62,13 @@ int16_t color_yellowness(uint16_t rgb565)
     return (int16_t)(COLOR_RED(rgb565) + COLOR_GREEN(rgb565) - 2 * COLOR_BLUE(rgb565));
 }
 
-static uint8_t is_yellow(int red, int green, int blue)
+static uint8_t is_yellow(int red, int green, int blue, int margin)
 {
-    return (uint8_t)((red + green - 3 * blue > 3 * COLOR_YELLOW_MARGIN) & (5 * red > 4 * green) &
+    return (uint8_t)((red + green - 3 * blue > 3 * margin) & (5 * red > 4 * green) &
                      (5 * green > 3 * red));
 }
 
-void color_yellow_mask(const uint16_t *rgb565, uint16_t width, uint8_t *mask)
+void color_yellow_mask(const uint16_t *rgb565, uint16_t width, uint8_t margin, uint8_t *mask)
 {
     uint16_t x;
 
@@ -79,7 +79,7 @@ void color_yellow_mask(const uint16_t *rgb565, uint16_t width, uint8_t *mask)
 
         mask[x] = is_yellow(COLOR_RED(a) + COLOR_RED(b) + COLOR_RED(c),
                             COLOR_GREEN(a) + COLOR_GREEN(b) + COLOR_GREEN(c),
-                            COLOR_BLUE(a) + COLOR_BLUE(b) + COLOR_BLUE(c));
+                            COLOR_BLUE(a) + COLOR_BLUE(b) + COLOR_BLUE(c), margin);
     }
     mask[0] = mask[1];
     mask[width - 1] = mask[width - 2];

@@ -36,13 +36,14 @@ int16_t color_yellowness(uint16_t rgb565);
  * pixels x-1, x, x+1; the first and last column repeat their neighbour. width >= 3.
  *
  * The test has no division: with R, G, B the means,
- *   R + G - 3 B > COLOR_YELLOW_MARGIN   far enough from grey, and brighter than the dark's noise
- *   5 R > 4 G                           not green: the hue is below 72 degrees
- *   5 G > 3 R                           not orange or skin: the hue is above 36 degrees at B = 0
+ *   R + G - 3 B > margin   far enough from grey, and brighter than the dark's noise
+ *   5 R > 4 G              not green: the hue is below 72 degrees
+ *   5 G > 3 R              not orange or skin: the hue is above 36 degrees at B = 0
  * In HSV: saturation above 1/3 at equal red and green, rising with darkness because of the margin;
- * the hue limits move by up to 20 degrees with the saturation, which an HSV box would not do. */
+ * the hue limits move by up to 20 degrees with the saturation, which an HSV box would not do.
+ * COLOR_YELLOW_MARGIN is the margin that suits the light of a pitch; 0 takes every tint. */
 #define COLOR_YELLOW_MARGIN 26
-void color_yellow_mask(const uint16_t *rgb565, uint16_t width, uint8_t *mask);
+void color_yellow_mask(const uint16_t *rgb565, uint16_t width, uint8_t margin, uint8_t *mask);
 
 /* 1 if sums over `pixels` (1..16) pixels are green as the pitch: green exceeds red by a quarter of
  * itself and by COLOR_PITCH_MARGIN a pixel, and blue by an eighth. The margin keeps out black,

@@ -18,8 +18,9 @@ void robot_eye_begin(robot_eye_t *eye, const eye_params_t *params)
     eye->params.goal_row = clamped(params->goal_row, 4, 235);
     eye->params.opponent_row = clamped(params->opponent_row, 4, 235);
     eye->params.search_max = clamped(params->search_max, 16, 127);
-    ball_begin(&eye->ball);
-    wall_begin(&eye->wall);
+    eye->params.yellow_margin = params->yellow_margin;
+    ball_begin(&eye->ball, eye->params.yellow_margin);
+    wall_begin(&eye->wall, eye->params.yellow_margin);
 }
 
 void robot_eye_row(robot_eye_t *eye, uint8_t row, const uint16_t *left, const uint16_t *right)

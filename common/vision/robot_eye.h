@@ -19,9 +19,10 @@
 #include "vision/wall.h"
 
 typedef struct {
-    uint8_t goal_row;     /* epipolar line of the goal, 4..235; FPGA_REG_GOAL_ROW */
-    uint8_t opponent_row; /* epipolar line of the opponent, 4..235; FPGA_REG_OPPONENT_ROW */
-    uint8_t search_max;   /* largest disparity searched, 16..127 px; FPGA_REG_SEARCH_MAX */
+    uint8_t goal_row;      /* epipolar line of the goal, 4..235; FPGA_REG_GOAL_ROW */
+    uint8_t opponent_row;  /* epipolar line of the opponent, 4..235; FPGA_REG_OPPONENT_ROW */
+    uint8_t search_max;    /* largest disparity searched, 16..127 px; FPGA_REG_SEARCH_MAX */
+    uint8_t yellow_margin; /* how yellow a ball is at least, 0..255; FPGA_REG_YELLOW_MARGIN */
 } eye_params_t;
 
 typedef struct {

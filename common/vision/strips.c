@@ -137,14 +137,14 @@ static void take_strip(strips_t *strips, uint8_t row, uint16_t first, uint16_t l
     blob->strips = 1;
 }
 
-void strips_row(strips_t *strips, uint8_t row, const uint16_t *rgb565)
+void strips_row(strips_t *strips, uint8_t row, const uint16_t *rgb565, uint8_t yellow_margin)
 {
     uint8_t mask[CAMERA_WIDTH_PX];
     uint16_t x = 0;
     uint16_t first;
     uint16_t last;
 
-    color_yellow_mask(rgb565, CAMERA_WIDTH_PX, mask);
+    color_yellow_mask(rgb565, CAMERA_WIDTH_PX, yellow_margin, mask);
     while (strips_next(mask, &x, &first, &last))
         if (last - first + 1 >= STRIP_MIN_PX)
             take_strip(strips, row, first, last);

@@ -33,8 +33,9 @@ typedef struct {
 /* Start a frame. */
 void strips_begin(strips_t *strips);
 
-/* Take row `row` of CAMERA_WIDTH_PX RGB565 pixels; rows from top to bottom. */
-void strips_row(strips_t *strips, uint8_t row, const uint16_t *rgb565);
+/* Take row `row` of CAMERA_WIDTH_PX RGB565 pixels; rows from top to bottom. yellow_margin: that of
+ * color_yellow_mask. */
+void strips_row(strips_t *strips, uint8_t row, const uint16_t *rgb565, uint8_t yellow_margin);
 
 /* Next yellow strip at or right of *x in `mask` (CAMERA_WIDTH_PX entries, 1 = yellow), short gaps
  * closed. Returns 1 and fills first, last column and *x for the next call, or 0 when none is left.

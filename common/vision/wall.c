@@ -8,15 +8,16 @@ static const uint16_t columns[REPORT_WALL_COLUMNS] = {
 
 typedef enum { WALL, PITCH, OTHER } surface_t;
 
-void wall_begin(wall_finder_t *finder)
+void wall_begin(wall_finder_t *finder, uint8_t yellow_margin)
 {
     int i;
 
+    finder->yellow_margin = yellow_margin;
     for (i = 0; i < (int)REPORT_WALL_COLUMNS; i++)
         finder->row[i] = finder->above[i] = finder->below[i] = finder->barred[i] = 0;
 }
 
-static surface_t surface_at(const uint16_t *pixels, uint16_t column)
+static surface_t surface_at(const uint16_t *pixels, uint16_t column, uint8_t yellow_margin)
 {
     uint16_t red = 0;
     uint16_t green = 0;
@@ -31,7 +32,7 @@ static surface_t surface_at(const uint16_t *pixels, uint16_t column)
     if (color_is_pitch(WALL_COLUMNS, red, green, blue))
         return PITCH;
     /* The ball; the same test as that of its strips. */
-    if (red + green - 3 * blue > WALL_COLUMNS * COLOR_YELLOW_MARGIN && 5 * red > 4 * green)
+    if (red + green - 3 * blue > WALL_COLUMNS * yellow_margin && 5 * red > 4 * green)
         return OTHER;
     return WALL;
 }
@@ -56,7 +57,7 @@ void wall_row(wall_finder_t *finder, uint8_t row, const uint16_t *right)
     int i;
 
     for (i = 0; i < (int)REPORT_WALL_COLUMNS; i++)
-        watch(finder, i, row, surface_at(right, columns[i]));
+        watch(finder, i, row, surface_at(right, columns[i], finder->yellow_margin));
 }
 
 void wall_end(const wall_finder_t *finder, const opponent_extent_t *opponent, report_t *report)

@@ -24,10 +24,11 @@ typedef struct {
     uint8_t above[REPORT_WALL_COLUMNS];  /* rows of wall since the last thing that was not */
     uint8_t below[REPORT_WALL_COLUMNS];  /* green rows after them */
     uint8_t barred[REPORT_WALL_COLUMNS]; /* 1: something else came first */
+    uint8_t yellow_margin;
 } wall_finder_t;
 
-/* Start a frame. */
-void wall_begin(wall_finder_t *finder);
+/* Start a frame. yellow_margin: that of color_yellow_mask. */
+void wall_begin(wall_finder_t *finder, uint8_t yellow_margin);
 
 /* Take the next row of the right eye, CAMERA_WIDTH_PX RGB565 pixels. */
 void wall_row(wall_finder_t *finder, uint8_t row, const uint16_t *right);

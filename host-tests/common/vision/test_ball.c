@@ -6,6 +6,7 @@
 
 #include "painted_scene.h"
 #include "vision/ball.h"
+#include "vision/color.h"
 
 static ball_finder_t finder;
 static report_t report;
@@ -22,7 +23,7 @@ static void look(void)
     int row;
 
     memset(&report, 0, sizeof report);
-    ball_begin(&finder);
+    ball_begin(&finder, COLOR_YELLOW_MARGIN);
     for (row = 0; row < CAMERA_HEIGHT_PX; row++)
         ball_row(&finder, (uint8_t)row, frame_row(&scene_frames, EYE_LEFT, row),
                  frame_row(&scene_frames, EYE_RIGHT, row));

@@ -20,7 +20,7 @@ static int is_yellow(int red, int green, int blue)
     uint8_t mask[3];
 
     row[0] = row[1] = row[2] = pixel(red, green, blue);
-    color_yellow_mask(row, 3, mask);
+    color_yellow_mask(row, 3, COLOR_YELLOW_MARGIN, mask);
     return mask[1];
 }
 
@@ -57,14 +57,14 @@ static void a_single_yellow_pixel_is_not_enough_nor_a_single_grey_one_a_gap(void
     for (i = 0; i < 7; i++)
         row[i] = pixel(104, 104, 104);
     row[3] = pixel(150, 136, 72);
-    color_yellow_mask(row, 7, mask);
+    color_yellow_mask(row, 7, COLOR_YELLOW_MARGIN, mask);
     for (i = 0; i < 7; i++)
         TEST_ASSERT_EQUAL_UINT8(0, mask[i]);
 
     for (i = 0; i < 7; i++)
         row[i] = pixel(200, 184, 48);
     row[3] = pixel(104, 104, 104);
-    color_yellow_mask(row, 7, mask);
+    color_yellow_mask(row, 7, COLOR_YELLOW_MARGIN, mask);
     for (i = 0; i < 7; i++)
         TEST_ASSERT_EQUAL_UINT8(1, mask[i]);
 }

@@ -4,6 +4,7 @@
 #include <unity.h>
 
 #include "painted_scene.h"
+#include "vision/color.h"
 #include "vision/robot_eye.h"
 
 static robot_eye_t eye;
@@ -16,6 +17,7 @@ void setUp(void)
     params.goal_row = 60;
     params.opponent_row = 80;
     params.search_max = 79;
+    params.yellow_margin = COLOR_YELLOW_MARGIN;
 }
 
 void tearDown(void) {}
@@ -117,6 +119,35 @@ static void the_lines_and_the_search_range_can_be_moved(void)
     TEST_ASSERT_EQUAL_HEX16(REPORT_WALL, report.flags);
 }
 
+static void the_margin_says_how_yellow_a_ball_is(void)
+{
+    scene_disc(PAINT_YELLOW, 160 * 16, 150 * 16, 45 * 16, 69 * 16);
+    look();
+    TEST_ASSERT_BITS_HIGH(REPORT_BALL, report.flags);
+    params.yellow_margin = 255;
+    look();
+    TEST_ASSERT_BITS_LOW(REPORT_BALL, report.flags);
+}
+
+static void a_row_of_large_frames_is_the_mean_of_two(void)
+{
+    static uint16_t upper[2 * CAMERA_WIDTH_PX];
+    static uint16_t lower[2 * CAMERA_WIDTH_PX];
+    static uint16_t row[CAMERA_WIDTH_PX];
+
+    upper[0] = 0xFFFF;
+    upper[1] = 0xFFFF;
+    lower[0] = 0xFFFF;
+    lower[1] = 0xFFFF;
+    /* red 31 + 0 + 0 + 0, green 1 + 1 + 0 + 0 (a half, rounded up), blue 1 + 0 + 0 + 0 */
+    upper[638] = 31u << 11 | 1u << 5 | 1u;
+    upper[639] = 1u << 5;
+    frame_halve_rows(upper, lower, row);
+    TEST_ASSERT_EQUAL_HEX16(0xFFFF, row[0]);
+    TEST_ASSERT_EQUAL_HEX16(0, row[1]);
+    TEST_ASSERT_EQUAL_HEX16(8u << 11 | 1u << 5, row[319]);
+}
+
 static void parameters_out_of_range_are_brought_into_it(void)
 {
     params.goal_row = 0;
@@ -139,6 +170,8 @@ int main(void)
     RUN_TEST(any_noise_is_survived);
     RUN_TEST(everything_at_once);
     RUN_TEST(the_lines_and_the_search_range_can_be_moved);
+    RUN_TEST(the_margin_says_how_yellow_a_ball_is);
+    RUN_TEST(a_row_of_large_frames_is_the_mean_of_two);
     RUN_TEST(parameters_out_of_range_are_brought_into_it);
     return UNITY_END();
 }
