@@ -23,3 +23,18 @@ int register_write_decode(const uint8_t wire[REGISTER_WRITE_BYTES], uint8_t *add
     *value = be_get16(wire + 2);
     return 1;
 }
+
+void register_read_encode(uint8_t address, uint16_t value, uint8_t wire[REGISTER_READ_BYTES])
+{
+    be_put16(wire, (uint16_t)(REGISTER_WORD_READ | (address & 0x7Fu)));
+    be_put16(wire + 2, value);
+    be_put16(wire + 4, crc16_ccitt(CRC16_INIT, wire, 4));
+}
+
+int register_read_decode(const uint8_t wire[REGISTER_READ_BYTES], uint16_t *value)
+{
+    if (be_get16(wire + 4) != crc16_ccitt(CRC16_INIT, wire, 4))
+        return 0;
+    *value = be_get16(wire + 2);
+    return 1;
+}

@@ -163,6 +163,24 @@ typedef struct {
 /* Decode wire[0..15]. Returns 1, or 0 with *status untouched if the version is unknown. */
 int store_status_decode(const uint8_t wire[STORE_STATUS_SIZE], store_status_t *status);
 
+/* ---- FPGA registers and cameras ---- */
+
+/* The FPGA's registers (link/registers.h). wIndex = address, 00..7F.
+ * IN: 2 bytes, the value; FFFF where there is no register, or no design in the FPGA.
+ * OUT without data: wValue = value. FPGA_REG_STREAM only while the alternate setting for streams is
+ * chosen. Refused while the flash is in use. */
+#define REQUEST_FPGA_REGISTER 0xC0u
+/* One register of a camera. wIndex = eye << 8 | register, eye 0 left, 1 right.
+ * IN: 1 byte. OUT without data: wValue = value, 00..FF. Refused (STALL) when the camera does not
+ * answer: REQUEST_CAMERAS says why. */
+#define REQUEST_CAMERA_REGISTER 0xC1u
+/* Both cameras, wValue = wIndex = 0. OUT without data: set both up for the format in
+ * FPGA_REG_FORMAT; the outcome is in the status. IN: the status, CAMERAS_STATUS_SIZE bytes:
+ * CAMERAS_STATUS_VERSION, CAMERA_* (link/camera.h) of the left and of the right eye, 0. */
+#define REQUEST_CAMERAS         0xC2u
+#define CAMERAS_STATUS_SIZE     4u
+#define CAMERAS_STATUS_VERSION  1u
+
 /* ---- The board ---- */
 
 /* IN, wValue = address, wIndex = 0, wLength 1..EEPROM_READ_MAX: that many bytes of the boot EEPROM.

@@ -1,4 +1,5 @@
 /* The turret's FX2: brings the FPGA up from the flash, with or without a PC, and answers on USB. */
+#include "app/cameras.h"
 #include "app/configure.h"
 #include "app/usb_device.h"
 #include "drivers/clock.h"
@@ -6,6 +7,7 @@
 #include "drivers/flash_bus.h"
 #include "drivers/fpga_port.h"
 #include "drivers/gpif.h"
+#include "drivers/i2c.h"
 #include "drivers/usb.h"
 
 /* If the image came over USB (request 0xA0), the host still believes in the blank chip: stay off
@@ -13,6 +15,7 @@
 #define DISCONNECTED_TICKS CLOCK_TICKS(20000ul)
 
 static uint8_t connected;
+static uint8_t configuring; /* a design may come up that wants its cameras set up */
 
 static void init(void)
 {
@@ -21,6 +24,7 @@ static void init(void)
     gpif_init();
     fpga_port_init();
     flash_bus_init();
+    i2c_init();
     cpu_allow_interrupts();
 }
 
@@ -48,9 +52,18 @@ void main(void)
     for (;;) {
         uint8_t busy = usb_device_poll();
 
-        busy |= configure_step();
+        if (configure_step()) {
+            busy = 1;
+            configuring = 1;
+        } else if (configuring) {
+            configuring = 0;
+            cameras_setup();
+        }
         connect_when_due();
-        if (!busy && connected)
-            sleep_until_interrupt();
+        if (!busy) {
+            cameras_step();
+            if (connected)
+                sleep_until_interrupt();
+        }
     }
 }

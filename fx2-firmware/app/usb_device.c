@@ -1,9 +1,15 @@
 #include "app/usb_device.h"
 
+#include "app/cameras.h"
 #include "app/configure.h"
 #include "app/descriptors.h"
+#include "app/stream.h"
+#include "drivers/flash_bus.h"
+#include "drivers/i2c.h"
+#include "drivers/spi.h"
 #include "drivers/usb.h"
 #include "drivers/usb_bulk.h"
+#include "link/registers.h"
 #include "link/requests.h"
 
 #include <stddef.h>
@@ -16,6 +22,7 @@ enum {
     FROM_DEVICE = 0x80,
     FROM_INTERFACE = 0x81,
     FROM_ENDPOINT = 0x82,
+    VENDOR_TO_DEVICE = 0x40,
     VENDOR_FROM_DEVICE = 0xC0
 };
 
@@ -118,6 +125,7 @@ static uint8_t clear_halt(void)
 static void choose_alternate(uint8_t setting)
 {
     alternate = setting;
+    stream_close();
     if (setting == USB_ALTERNATE_SOURCE_SINK)
         usb_bulk_open();
     else
@@ -162,6 +170,63 @@ static uint8_t config_status(void)
     return answer(configure_status(), CONFIG_STATUS_SIZE);
 }
 
+/* wIndex names a register, and port C is not needed by the flash. */
+static uint8_t fpga_registers_reachable(void)
+{
+    return (usb_setup.index & ~(FPGA_REG_COUNT - 1u)) == 0 && !flash_bus_is_selected();
+}
+
+static uint8_t read_fpga_register(void)
+{
+    uint16_t value;
+
+    if (!fpga_registers_reachable())
+        return 0;
+    value = spi_register_read((uint8_t)usb_setup.index);
+    reply[0] = (uint8_t)(value >> 8);
+    reply[1] = (uint8_t)value;
+    return answer(reply, 2);
+}
+
+static uint8_t write_fpga_register(void)
+{
+    if (!fpga_registers_reachable() ||
+        ((uint8_t)usb_setup.index == FPGA_REG_STREAM && alternate != USB_ALTERNATE_STREAM))
+        return 0;
+    spi_register_write((uint8_t)usb_setup.index, usb_setup.value);
+    return acknowledge();
+}
+
+static uint8_t read_camera(void)
+{
+    if (usb_setup.index >> 8 >= CAMERA_COUNT ||
+        camera_read((uint8_t)(usb_setup.index >> 8), (uint8_t)usb_setup.index))
+        return 0;
+    return answer_byte(i2c_bytes[0]);
+}
+
+static uint8_t write_camera(void)
+{
+    if (usb_setup.index >> 8 >= CAMERA_COUNT || usb_setup.value >> 8 != 0 ||
+        camera_write((uint8_t)(usb_setup.index >> 8), (uint8_t)usb_setup.index,
+                     (uint8_t)usb_setup.value))
+        return 0;
+    return acknowledge();
+}
+
+static uint8_t setup_cameras(void)
+{
+    if (flash_bus_is_selected())
+        return 0;
+    cameras_setup();
+    return acknowledge();
+}
+
+static uint8_t get_cameras_status(void)
+{
+    return answer(cameras_status, CAMERAS_STATUS_SIZE);
+}
+
 /* What a request must be like. */
 enum {
     VALUE_0 = 0x01,   /* wValue = 0 */
@@ -191,6 +256,12 @@ static const CODE request_t requests[] = {
     {TO_ENDPOINT, CLEAR_FEATURE, VALUE_0 | ENDPOINT | NO_DATA, clear_halt},
     {TO_ENDPOINT, SET_FEATURE, VALUE_0 | ENDPOINT | NO_DATA, set_halt},
     {VENDOR_FROM_DEVICE, REQUEST_CONFIG_STATUS, VALUE_0 | INDEX_0, config_status},
+    {VENDOR_FROM_DEVICE, REQUEST_FPGA_REGISTER, VALUE_0, read_fpga_register},
+    {VENDOR_TO_DEVICE, REQUEST_FPGA_REGISTER, NO_DATA, write_fpga_register},
+    {VENDOR_FROM_DEVICE, REQUEST_CAMERA_REGISTER, VALUE_0, read_camera},
+    {VENDOR_TO_DEVICE, REQUEST_CAMERA_REGISTER, NO_DATA, write_camera},
+    {VENDOR_FROM_DEVICE, REQUEST_CAMERAS, VALUE_0 | INDEX_0, get_cameras_status},
+    {VENDOR_TO_DEVICE, REQUEST_CAMERAS, VALUE_0 | INDEX_0 | NO_DATA, setup_cameras},
 };
 #define REQUEST_COUNT (sizeof requests / sizeof requests[0])
 

@@ -38,6 +38,12 @@
 /* I2C: the boot EEPROM (two address bytes, 24LC128 class). 7-bit address. */
 #define TURRET_EEPROM_ADDRESS 0x51
 #define TURRET_EEPROM_SIZE    16384u
+/* The cameras: OV7670 class, all at one address, behind a PCA9540B. 7-bit addresses. A channel is
+ * chosen by writing its number to the multiplexer; 0 chooses none. */
+#define TURRET_CAMERA_MUX_ADDRESS 0x70
+#define TURRET_CAMERA_MUX_LEFT    0x04
+#define TURRET_CAMERA_MUX_RIGHT   0x05
+#define TURRET_CAMERA_ADDRESS     0x21
 
 /* Flash: AMD command set, CFI, 128 Mbit as M29W128FH x8, 64 KiB sectors. */
 #define TURRET_FLASH_ACCESS_NS  70

@@ -32,6 +32,11 @@ void flash_bus_release(void)
     FLASH_CE_N = 1;
 }
 
+uint8_t flash_bus_is_selected(void)
+{
+    return !FLASH_CE_N;
+}
+
 void flash_bus_read(uint16_t block, uint16_t offset, XDATA uint8_t *data, uint8_t length)
 {
     set_address(block, offset);

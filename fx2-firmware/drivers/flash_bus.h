@@ -18,6 +18,9 @@ void flash_bus_init(void);
 void flash_bus_select(void);
 void flash_bus_release(void);
 
+/* 1 while it is selected: port C carries its address then. */
+uint8_t flash_bus_is_selected(void);
+
 /* Read `length` bytes (1..255) at `block` and `offset`. */
 void flash_bus_read(uint16_t block, uint16_t offset, XDATA uint8_t *data, uint8_t length);
 

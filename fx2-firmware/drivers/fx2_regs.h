@@ -23,6 +23,7 @@ __sfr __at(0x8C) TH0;
 __sfr __at(0x8E) CKCON;
 __sfr __at(0x91) EXIF;
 __sfr __at(0xAA) EP2468STAT;
+__sfr __at(0xA0) IOC;
 __sfr __at(0xB0) IOD;
 __sfr __at(0xB1) IOE;
 __sfr __at(0xB2) OEA;
@@ -70,6 +71,7 @@ __sbit __at(0xAF) EA;
 #define IFCONFIG_48MHZ    0x40u
 #define IFCONFIG_OUTPUT   0x20u /* and driven out */
 #define IFCONFIG_GPIF     0x02u
+#define IFCONFIG_SLAVE    0x03u
 #define FIFORESET         XREG(0xE604)
 #define FIFORESET_NAKALL  0x80u
 
@@ -90,6 +92,10 @@ __sbit __at(0xAF) EA;
 #define EP4FIFOCFG    XREG(0xE619)
 #define EP6FIFOCFG    XREG(0xE61A)
 #define EP8FIFOCFG    XREG(0xE61B)
+#define FIFOCFG_AUTOIN   0x08u
+#define FIFOCFG_WORDWIDE 0x01u
+#define EP6AUTOINLENH XREG(0xE624)
+#define EP6AUTOINLENL XREG(0xE625)
 
 /* ---- USB ---- */
 #define EPIE           XREG(0xE65E)
@@ -126,6 +132,17 @@ __sbit __at(0xAF) EA;
 #define EP6FIFOBUF     ((volatile __xdata uint8_t *)0xF800)
 #define SETUPDAT       ((volatile __xdata uint8_t *)0xE6B8)
 #define EP0BUF         ((volatile __xdata uint8_t *)0xE740)
+
+/* ---- I2C ---- */
+#define I2CS         XREG(0xE678)
+#define I2CS_START   0x80u
+#define I2CS_STOP    0x40u
+#define I2CS_LASTRD  0x20u
+#define I2CS_ACK     0x02u
+#define I2CS_DONE    0x01u
+#define I2DAT        XREG(0xE679)
+#define I2CTL        XREG(0xE67A)
+#define I2CTL_400KHZ 0x01u
 
 /* ---- Ports with two functions ---- */
 #define PORTACFG        XREG(0xE670)

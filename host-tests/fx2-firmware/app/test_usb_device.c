@@ -1,9 +1,14 @@
 // sources: fx2-firmware/app/usb_device.c fx2-firmware/app/descriptors.c
-// sources: host-tests/fx2-firmware/fakes/fake_usb.c
+// sources: fx2-firmware/app/cameras.c
+// sources: host-tests/fx2-firmware/fakes/fake_usb.c host-tests/fx2-firmware/fakes/fake_eyes.c
+// sources: host-tests/fx2-firmware/fakes/fake_clock.c
 // includes: fx2-firmware
 #include "app/configure.h"
 #include "app/descriptors.h"
+#include "app/stream.h"
 #include "app/usb_device.h"
+#include "drivers/flash_bus.h"
+#include "host-tests/fx2-firmware/fakes/fake_eyes.h"
 #include "host-tests/fx2-firmware/fakes/fake_usb.h"
 
 #include <string.h>
@@ -21,6 +26,26 @@ const uint8_t *configure_status(void)
 uint8_t configure_busy(void)
 {
     return fpga_busy;
+}
+
+/* Whether the way for streams is open. */
+static int streaming;
+
+void stream_open(void)
+{
+    streaming = 1;
+}
+
+void stream_close(void)
+{
+    streaming = 0;
+}
+
+static uint8_t flash_selected;
+
+uint8_t flash_bus_is_selected(void)
+{
+    return flash_selected;
 }
 
 static void request(uint8_t type, uint8_t number, uint16_t value, uint16_t index, uint16_t length)
@@ -41,6 +66,8 @@ void setUp(void)
     usb_device_poll();
     memset(fpga_status, 0, sizeof fpga_status);
     fpga_busy = 0;
+    fake_eyes_reset();
+    flash_selected = 0;
     memset(&fake_usb_answer, 0, sizeof fake_usb_answer);
 }
 
@@ -350,13 +377,79 @@ static void test_only_known_requests_are_not_stalled(void)
             set_configuration(1);
         }
     }
-    TEST_ASSERT_EQUAL(10, answered);
+    TEST_ASSERT_EQUAL(16, answered);
 }
 
 static void test_nothing_is_answered_without_a_request(void)
 {
     usb_device_poll();
     TEST_ASSERT_EQUAL(0, fake_usb_answers());
+}
+
+static void fpga_registers_are_read_and_written(void)
+{
+    static const uint8_t value[2] = {0x12, 0x34};
+
+    request(0x40, REQUEST_FPGA_REGISTER, 0x1234, FPGA_REG_GOAL_ROW, 0);
+    assert_acknowledged();
+    TEST_ASSERT_EQUAL_HEX16(0x1234, fake_fpga_registers[FPGA_REG_GOAL_ROW]);
+    request(0xC0, REQUEST_FPGA_REGISTER, 0, FPGA_REG_GOAL_ROW, 2);
+    assert_sent(value, 2);
+    request(0xC0, REQUEST_FPGA_REGISTER, 0, FPGA_REG_COUNT, 2);
+    assert_stalled();
+    request(0xC0, REQUEST_FPGA_REGISTER, 0, 0x100, 2);
+    assert_stalled();
+    request(0x40, REQUEST_FPGA_REGISTER, 0, FPGA_REG_COUNT, 0);
+    assert_stalled();
+}
+
+static void fpga_registers_are_out_of_reach_while_the_flash_is_used(void)
+{
+    flash_selected = 1;
+    request(0xC0, REQUEST_FPGA_REGISTER, 0, FPGA_REG_ID, 2);
+    assert_stalled();
+    request(0x40, REQUEST_FPGA_REGISTER, 1, FPGA_REG_GOAL_ROW, 0);
+    assert_stalled();
+    request(0x40, REQUEST_CAMERAS, 0, 0, 0);
+    assert_stalled();
+    TEST_ASSERT_EQUAL_INT(0, fake_i2c_transfers);
+}
+
+static void the_fpga_may_stream_only_where_it_is_let(void)
+{
+    set_configuration(1);
+    request(0x40, REQUEST_FPGA_REGISTER, FPGA_STREAM_ON, FPGA_REG_STREAM, 0);
+    assert_stalled();
+    TEST_ASSERT_EQUAL_HEX16(0, fake_fpga_registers[FPGA_REG_STREAM]);
+}
+
+static void camera_registers_are_read_and_written(void)
+{
+    static const uint8_t pid = 0x76;
+
+    request(0xC0, REQUEST_CAMERA_REGISTER, 0, 0x010A, 1);
+    assert_sent(&pid, 1);
+    request(0x40, REQUEST_CAMERA_REGISTER, 0x55, 0x0100, 0);
+    assert_acknowledged();
+    TEST_ASSERT_EQUAL_HEX8(0x55, fake_cameras[1].registers[0]);
+    request(0x40, REQUEST_CAMERA_REGISTER, 0x100, 0x0100, 0);
+    assert_stalled();
+    request(0x40, REQUEST_CAMERA_REGISTER, 0, 0x0200, 0);
+    assert_stalled();
+    fake_cameras[1].present = 0;
+    request(0xC0, REQUEST_CAMERA_REGISTER, 0, 0x010A, 1);
+    assert_stalled();
+}
+
+static void both_cameras_are_set_up_and_their_status_is_told(void)
+{
+    static const uint8_t status[CAMERAS_STATUS_SIZE] = {1, 0, 1, 0};
+
+    fake_cameras[1].present = 0;
+    request(0x40, REQUEST_CAMERAS, 0, 0, 0);
+    assert_acknowledged();
+    request(0xC0, REQUEST_CAMERAS, 0, 0, CAMERAS_STATUS_SIZE);
+    assert_sent(status, CAMERAS_STATUS_SIZE);
 }
 
 int main(void)
@@ -386,5 +479,10 @@ int main(void)
     RUN_TEST(test_any_request_gets_exactly_one_answer);
     RUN_TEST(test_only_known_requests_are_not_stalled);
     RUN_TEST(test_nothing_is_answered_without_a_request);
+    RUN_TEST(fpga_registers_are_read_and_written);
+    RUN_TEST(fpga_registers_are_out_of_reach_while_the_flash_is_used);
+    RUN_TEST(the_fpga_may_stream_only_where_it_is_let);
+    RUN_TEST(camera_registers_are_read_and_written);
+    RUN_TEST(both_cameras_are_set_up_and_their_status_is_told);
     return UNITY_END();
 }

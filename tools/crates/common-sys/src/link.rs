@@ -6,7 +6,8 @@ use crate::ffi;
 
 pub use ffi::{
     config_status_t as ConfigStatus, report_t as Report, slot_header_t as SlotHeader,
-    store_status_t as StoreStatus,
+    store_status_t as StoreStatus, stream_header_t as StreamHeader,
+    stream_params_t as StreamParams,
 };
 
 /// Bytes of a vision report.
@@ -17,6 +18,12 @@ pub const SLOT_HEADER_SIZE: usize = ffi::SLOT_HEADER_SIZE as usize;
 pub const SLOT_RECORD_SIZE: usize = ffi::SLOT_RECORD_SIZE as usize;
 /// Bytes of a register write as the base sends it.
 pub const REGISTER_WRITE_BYTES: usize = ffi::REGISTER_WRITE_BYTES as usize;
+/// Bytes of a register read, question and answer.
+pub const REGISTER_READ_BYTES: usize = ffi::REGISTER_READ_BYTES as usize;
+/// Bytes of a stream record's header.
+pub const STREAM_HEADER_SIZE: usize = ffi::STREAM_HEADER_SIZE as usize;
+/// Bytes of the block that a streamed frame's header fills.
+pub const STREAM_BLOCK: usize = ffi::STREAM_BLOCK as usize;
 /// Bytes of a configuration status.
 pub const CONFIG_STATUS_SIZE: usize = ffi::CONFIG_STATUS_SIZE as usize;
 /// Bytes of a store status.
@@ -73,6 +80,62 @@ pub fn register_write_encode(address: u8, value: u16) -> [u8; REGISTER_WRITE_BYT
     // SAFETY: `wire` has REGISTER_WRITE_BYTES bytes.
     unsafe { ffi::register_write_encode(address, value, wire.as_mut_ptr()) };
     wire
+}
+
+/// The word that the base sends to read a register, and the FPGA's answer.
+pub fn register_read_encode(address: u8, value: u16) -> [u8; REGISTER_READ_BYTES] {
+    let mut wire = [0; REGISTER_READ_BYTES];
+    // SAFETY: `wire` has REGISTER_READ_BYTES bytes.
+    unsafe { ffi::register_read_encode(address, value, wire.as_mut_ptr()) };
+    wire
+}
+
+/// The 72 bytes of a stream record's header.
+pub fn stream_header_encode(header: &StreamHeader) -> [u8; STREAM_HEADER_SIZE] {
+    let mut wire = [0; STREAM_HEADER_SIZE];
+    // SAFETY: `wire` has STREAM_HEADER_SIZE bytes.
+    unsafe { ffi::stream_header_encode(header, wire.as_mut_ptr()) };
+    wire
+}
+
+/// Why the bytes at the place of a stream header are none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum StreamError {
+    /// The magic is missing.
+    #[error("no record begins here: bytes are missing, or this is no stream of a turret")]
+    NoHeader,
+    /// The check sum is wrong.
+    #[error("the record's header is damaged (CRC)")]
+    BadCrc,
+    /// Another version or kind.
+    #[error("the record is of a version that this program does not know")]
+    BadVersion,
+    /// Impossible size or eye.
+    #[error("the record's header names a size that no camera has")]
+    BadSize,
+}
+
+/// The stream header in `wire`.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn stream_header_decode(wire: &[u8; STREAM_HEADER_SIZE]) -> Result<StreamHeader, StreamError> {
+    let mut header = StreamHeader::default();
+    // SAFETY: `wire` has STREAM_HEADER_SIZE bytes.
+    match unsafe { ffi::stream_header_decode(wire.as_ptr(), &mut header) } {
+        ffi::stream_error_t_STREAM_OK => Ok(header),
+        ffi::stream_error_t_STREAM_NO_HEADER => Err(StreamError::NoHeader),
+        ffi::stream_error_t_STREAM_BAD_CRC => Err(StreamError::BadCrc),
+        ffi::stream_error_t_STREAM_BAD_SIZE => Err(StreamError::BadSize),
+        _ => Err(StreamError::BadVersion),
+    }
+}
+
+/// First pixel of the test pattern in the frame of eye `eye` of pair `number`; each further one is
+/// higher by 1, with wrap-around.
+pub fn stream_pattern_first(number: u32, eye: u8) -> u16 {
+    // SAFETY: a pure function of its arguments.
+    unsafe { ffi::stream_pattern_first(number, eye) }
 }
 
 /// The 64 bytes of a slot header.

@@ -15,7 +15,12 @@ pub const WIDTH: usize = ffi::CAMERA_WIDTH_PX as usize;
 pub const HEIGHT: usize = ffi::CAMERA_HEIGHT_PX as usize;
 
 /// The parameters as the FPGA's registers have them after configuration.
-pub const DEFAULT_PARAMS: EyeParams = EyeParams { goal_row: 60, opponent_row: 80, search_max: 79 };
+pub const DEFAULT_PARAMS: EyeParams = EyeParams {
+    goal_row: 60,
+    opponent_row: 80,
+    search_max: 79,
+    yellow_margin: ffi::COLOR_YELLOW_MARGIN as u8,
+};
 
 /// What the robot's eye reports of a pair of frames: `WIDTH` * `HEIGHT` RGB565 pixels each, row by
 /// row from the top. `sequence`, `exposure_time`, `delay` and `function` are 0.
@@ -40,6 +45,27 @@ pub fn detect(left: &[u16], right: &[u16], params: &EyeParams) -> Report {
         ffi::robot_eye_end(eye.as_mut_ptr(), &frames, &mut report);
     }
     report
+}
+
+/// A frame of twice `WIDTH` by twice `HEIGHT` as the eye sees it: the mean of each four pixels.
+///
+/// # Panics
+/// If the frame has another number of pixels.
+pub fn halve(large: &[u16]) -> Vec<u16> {
+    assert_eq!(
+        large.len(),
+        4 * WIDTH * HEIGHT,
+        "a large frame has {}x{} pixels",
+        2 * WIDTH,
+        2 * HEIGHT
+    );
+    let mut small = vec![0; WIDTH * HEIGHT];
+    for (row, rows) in small.chunks_exact_mut(WIDTH).zip(large.chunks_exact(4 * WIDTH)) {
+        let (upper, lower) = rows.split_at(2 * WIDTH);
+        // SAFETY: both rows have 2 * WIDTH pixels, and `row` has WIDTH.
+        unsafe { ffi::frame_halve_rows(upper.as_ptr(), lower.as_ptr(), row.as_mut_ptr()) };
+    }
+    small
 }
 
 /// The RGB565 pixel of an 8-bit colour, as the cameras cut it.

@@ -9,9 +9,9 @@
 //! Not there yet: what the streaming pins show while STREAM = 1; only that they drive is known.
 
 use common_sys::constants::{
-    FPGA_ID_VALUE, FPGA_REG_COUNT, FPGA_REG_FRAME_COUNT, FPGA_REG_FRAME_RATE, FPGA_REG_FUNCTION,
-    FPGA_REG_GOAL_ROW, FPGA_REG_ID, FPGA_REG_OPPONENT_ROW, FPGA_REG_SEARCH_MAX, FPGA_REG_STREAM,
-    FPGA_SPI_WRITE,
+    FPGA_ID_VALUE, FPGA_REG_FRAME_COUNT, FPGA_REG_FRAME_RATE, FPGA_REG_FUNCTION, FPGA_REG_GOAL_ROW,
+    FPGA_REG_ID, FPGA_REG_OPPONENT_ROW, FPGA_REG_SEARCH_MAX, FPGA_REG_STREAM,
+    FPGA_REG_YELLOW_MARGIN, FPGA_SPI_WRITE,
 };
 use common_sys::link::{REGISTER_WRITE_BYTES, REPORT_SIZE, register_write_decode, report_encode};
 use common_sys::vision::{DEFAULT_PARAMS, EyeParams, detect};
@@ -38,7 +38,7 @@ const REPORT_TICK: Ps = 100 * US;
 /// 16-bit words of a report on the turret bus.
 const REPORT_WORDS: usize = REPORT_SIZE / 2;
 
-const REGISTERS: usize = FPGA_REG_COUNT as usize;
+const REGISTERS: usize = FPGA_REG_YELLOW_MARGIN as usize + 1;
 
 /// A pair of frames at the moment its last row is in.
 #[derive(Clone, Copy, Debug)]
@@ -272,6 +272,7 @@ impl Fpga {
             FPGA_REG_GOAL_ROW | FPGA_REG_OPPONENT_ROW => 4..=235,
             FPGA_REG_SEARCH_MAX => 16..=127,
             FPGA_REG_FRAME_RATE => 1..=40,
+            FPGA_REG_YELLOW_MARGIN => 0..=255,
             _ => return,
         };
         if range.contains(&value) {
@@ -286,6 +287,7 @@ impl Fpga {
             goal_row: byte(FPGA_REG_GOAL_ROW),
             opponent_row: byte(FPGA_REG_OPPONENT_ROW),
             search_max: byte(FPGA_REG_SEARCH_MAX),
+            yellow_margin: byte(FPGA_REG_YELLOW_MARGIN),
         }
     }
 
@@ -327,6 +329,7 @@ fn reset_registers(function: Option<Function>) -> [u16; REGISTERS] {
     registers[FPGA_REG_OPPONENT_ROW as usize] = u16::from(DEFAULT_PARAMS.opponent_row);
     registers[FPGA_REG_SEARCH_MAX as usize] = u16::from(DEFAULT_PARAMS.search_max);
     registers[FPGA_REG_FRAME_RATE as usize] = 40;
+    registers[FPGA_REG_YELLOW_MARGIN as usize] = u16::from(DEFAULT_PARAMS.yellow_margin);
     registers
 }
 

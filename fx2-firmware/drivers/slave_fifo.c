@@ -1,0 +1,41 @@
+#include "drivers/slave_fifo.h"
+
+#include "drivers/fx2_regs.h"
+#include "drivers/usb.h"
+
+/* The slave FIFO's flag comes 9.5 ns after IFCLK and SLWR wants 10.4 ns before it (data sheet of the
+ * CY7C68013, slave FIFO synchronous): at 48 MHz 1 ns would be left, at 30 MHz 13 ns. 60 MB/s are
+ * more than USB carries. */
+static const CODE register_value_t open_table[] = {
+    {XREG_ADDRESS(IFCONFIG), IFCONFIG_INTERNAL | IFCONFIG_OUTPUT | IFCONFIG_SLAVE},
+    {XREG_ADDRESS(FIFORESET), FIFORESET_NAKALL},
+    {XREG_ADDRESS(FIFORESET), FIFORESET_NAKALL | 6},
+    {XREG_ADDRESS(FIFORESET), 0},
+    {XREG_ADDRESS(EP6FIFOCFG), FIFOCFG_AUTOIN | FIFOCFG_WORDWIDE},
+};
+
+static const CODE register_value_t close_table[] = {
+    {XREG_ADDRESS(EP6FIFOCFG), 0},
+    {XREG_ADDRESS(FIFORESET), FIFORESET_NAKALL},
+    {XREG_ADDRESS(FIFORESET), FIFORESET_NAKALL | 6},
+    {XREG_ADDRESS(FIFORESET), 0},
+    {XREG_ADDRESS(IFCONFIG), IFCONFIG_INTERNAL | IFCONFIG_48MHZ | IFCONFIG_OUTPUT | IFCONFIG_GPIF},
+};
+
+#define COUNT(table) (sizeof(table) / sizeof((table)[0]))
+
+void slave_fifo_open(void)
+{
+    uint8_t high_speed = usb_is_high_speed();
+
+    EP6AUTOINLENH = high_speed ? 512u >> 8 : 0;
+    SYNCDELAY();
+    EP6AUTOINLENL = high_speed ? 0 : 64u;
+    SYNCDELAY();
+    registers_set(open_table, COUNT(open_table));
+}
+
+void slave_fifo_close(void)
+{
+    registers_set(close_table, COUNT(close_table));
+}

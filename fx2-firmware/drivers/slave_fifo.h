@@ -1,0 +1,16 @@
+/* EP6 as a slave FIFO that the FPGA fills: 16 bits at 30 MHz, packets sent by themselves (AUTOIN),
+ * four buffers. The CPU has no part in the bytes' way.
+ *
+ * While it is open, FD[15:0] belong to the FPGA: nobody may use the GPIF or the flash. Nothing here
+ * may be called from an interrupt. */
+#ifndef DRIVERS_SLAVE_FIFO_H
+#define DRIVERS_SLAVE_FIFO_H
+
+/* Open it, empty, with packets as long as the bus's speed has them. The FPGA's streaming pins float.
+ */
+void slave_fifo_open(void);
+
+/* Back to the GPIF; what is in the buffers is thrown away. The FPGA's streaming pins float. */
+void slave_fifo_close(void);
+
+#endif
