@@ -11,10 +11,9 @@
 #define RESET_TICKS CLOCK_TICKS(1000ul)
 #define RETRY_TICKS CLOCK_TICKS(1000000ul)
 
-XDATA uint8_t cameras_status[CAMERAS_STATUS_SIZE] = {CAMERAS_STATUS_VERSION, CAMERA_UNKNOWN,
-                                                     CAMERA_UNKNOWN, 0};
-#define LEFT_STATUS  cameras_status[1]
-#define RIGHT_STATUS cameras_status[2]
+uint8_t cameras_status[CAMERA_COUNT] = {CAMERA_UNKNOWN, CAMERA_UNKNOWN};
+#define LEFT_STATUS  cameras_status[0]
+#define RIGHT_STATUS cameras_status[1]
 
 /* An 8051 has no room for a stack of parameters: the camera in question, and what went wrong first
  * with it. The drivers' errors are also ours. */

@@ -7,15 +7,12 @@
 #ifndef APP_CAMERAS_H
 #define APP_CAMERAS_H
 
-#include "drivers/compiler.h"
-#include "link/requests.h"
-
 #include <stdint.h>
 
 #define CAMERA_COUNT 2u
 
-/* The answer to REQUEST_CAMERAS: version, CAMERA_* of the left and of the right eye, 0. */
-extern XDATA uint8_t cameras_status[CAMERAS_STATUS_SIZE];
+/* CAMERA_* (link/camera.h) of the left and of the right eye. */
+extern uint8_t cameras_status[CAMERA_COUNT];
 
 /* Set both up for the format that FPGA_REG_FORMAT names. Takes about 10 ms. */
 void cameras_setup(void);

@@ -42,7 +42,7 @@ enum {
 
 static uint8_t configuration; /* 0 = not configured */
 static uint8_t alternate;     /* USB_ALTERNATE_* of interface 0 */
-static XDATA uint8_t reply[2];
+static XDATA uint8_t reply[CAMERAS_STATUS_SIZE];
 
 /* The handlers below answer and return 1, or return 0 for a request to be refused. What the table
  * at the end demands of a request, they need not look at. */
@@ -224,7 +224,11 @@ static uint8_t setup_cameras(void)
 
 static uint8_t get_cameras_status(void)
 {
-    return answer(cameras_status, CAMERAS_STATUS_SIZE);
+    reply[0] = CAMERAS_STATUS_VERSION;
+    reply[1] = cameras_status[0];
+    reply[2] = cameras_status[1];
+    reply[3] = 0;
+    return answer(reply, CAMERAS_STATUS_SIZE);
 }
 
 /* What a request must be like. */

@@ -19,9 +19,8 @@ void tearDown(void) {}
 
 static void assert_status(uint8_t left, uint8_t right)
 {
-    TEST_ASSERT_EQUAL_UINT8(CAMERAS_STATUS_VERSION, cameras_status[0]);
-    TEST_ASSERT_EQUAL_HEX8(left, cameras_status[1]);
-    TEST_ASSERT_EQUAL_HEX8(right, cameras_status[2]);
+    TEST_ASSERT_EQUAL_HEX8(left, cameras_status[0]);
+    TEST_ASSERT_EQUAL_HEX8(right, cameras_status[1]);
 }
 
 static void both_are_reset_and_get_the_table(void)
