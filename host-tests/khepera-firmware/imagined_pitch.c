@@ -17,7 +17,7 @@
 #define ROBOT_R         30.0
 #define WHEEL_BASE      53.0
 #define FRAME_S         0.025
-#define EXPOSURE_TO_END 0.0125
+#define EXPOSURE_TO_END (CAMERA_EXPOSURE_TO_END_US / 1e6)
 #define REPORT_DELAY_S  0.004
 #define MOTOR_MM_S      1000.0
 #define MOTOR_TAU_S     0.05

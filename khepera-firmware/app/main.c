@@ -98,6 +98,10 @@ static uint16_t base_reports_lost(void *context)
 
 static robot_t robot;
 
+/* For debuggers, and for the twin: found by its name. */
+extern const soccer_belief_t *const soccer_belief;
+const soccer_belief_t *const soccer_belief = &robot.soccer.belief;
+
 /* Sleep until there is something to do. Encoder edges come by thousands a second and are none. */
 static void wait_for_work(void)
 {

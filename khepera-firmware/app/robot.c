@@ -235,7 +235,8 @@ void robot_init(robot_t *robot, const base_t *base)
     robot->base = base;
     console_init(&robot->console);
     motion_init(&robot->motion);
-    soccer_start(&robot->soccer, 0);
+    robot->tuning = soccer_tuning_default;
+    soccer_init(&robot->soccer, &robot->tuning);
     base->encoders(base->context, robot->counts);
     robot->ticks = 0;
     robot->reports = 0;

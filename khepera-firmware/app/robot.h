@@ -16,6 +16,7 @@ typedef struct {
     const base_t *base;
     console_t console;
     motion_t motion;
+    soccer_tuning_t tuning;
     soccer_t soccer;
     int32_t counts[2]; /* encoders at the last tick */
     uint32_t ticks;    /* since start, 10 ms */

@@ -21,12 +21,15 @@ static const int16_t arc_tangent[65] = {
 /* The table between its entries: index in its upper bits, 8 bits of fraction below. */
 static int32_t interpolate(const int16_t *table, uint32_t index_q8)
 {
-    uint32_t i = index_q8 >> 8;
-    int32_t fraction = (int32_t)(index_q8 & 0xFFu);
+    const int16_t *entry = table + (index_q8 >> 8);
+    /* 16 bits times 16: the short multiplication of a 68331. */
+    int16_t fraction = (int16_t)(index_q8 & 0xFFu);
+    int16_t step;
 
     if (fraction == 0)
-        return table[i];
-    return table[i] + (((table[i + 1] - table[i]) * fraction + 128) >> 8);
+        return *entry;
+    step = (int16_t)(entry[1] - entry[0]);
+    return *entry + ((step * fraction + 128) >> 8);
 }
 
 int16_t angle_sin_q14(angle_t angle)
@@ -66,21 +69,41 @@ angle_t angle_of(int32_t x, int32_t y)
     return angle_wrap(y < 0 ? -angle : angle);
 }
 
+/* 16 * sqrt(64 + i + 1/2), rounded up. */
+static const uint8_t root_guess_q4[192] = {
+    129, 130, 131, 132, 133, 134, 135, 136, 137, 138, 139, 140, 140, 141, 142, 143, 144, 145,
+    146, 147, 148, 148, 149, 150, 151, 152, 153, 154, 154, 155, 156, 157, 158, 158, 159, 160,
+    161, 162, 162, 163, 164, 165, 166, 166, 167, 168, 169, 169, 170, 171, 172, 172, 173, 174,
+    175, 175, 176, 177, 178, 178, 179, 180, 180, 181, 182, 183, 183, 184, 185, 185, 186, 187,
+    187, 188, 189, 189, 190, 191, 191, 192, 193, 193, 194, 195, 195, 196, 197, 197, 198, 199,
+    199, 200, 201, 201, 202, 203, 203, 204, 204, 205, 206, 206, 207, 208, 208, 209, 209, 210,
+    211, 211, 212, 212, 213, 214, 214, 215, 215, 216, 217, 217, 218, 218, 219, 220, 220, 221,
+    221, 222, 222, 223, 224, 224, 225, 225, 226, 226, 227, 228, 228, 229, 229, 230, 230, 231,
+    232, 232, 233, 233, 234, 234, 235, 235, 236, 236, 237, 238, 238, 239, 239, 240, 240, 241,
+    241, 242, 242, 243, 243, 244, 244, 245, 246, 246, 247, 247, 248, 248, 249, 249, 250, 250,
+    251, 251, 252, 252, 253, 253, 254, 254, 255, 255, 255, 255,
+};
+
 uint32_t square_root(uint32_t square)
 {
+    uint32_t scaled = square;
     uint32_t root = 0;
-    uint32_t bit = 1ul << 30;
+    unsigned shift = 0;
 
-    while (bit > square)
-        bit >>= 2;
-    for (; bit != 0; bit >>= 2) {
-        if (square >= root + bit) {
-            square -= root + bit;
-            root = (root >> 1) + bit;
-        } else {
-            root >>= 1;
-        }
+    if (square < 64) {
+        while ((root + 1) * (root + 1) <= square)
+            root++;
+        return root;
     }
+    for (; scaled >= 1ul << 16; scaled >>= 8)
+        shift += 4;
+    for (; scaled >= 256; scaled >>= 2)
+        shift++;
+    /* One step of Newton's method makes the guess's 0.5 % less than one. */
+    root = (uint32_t)root_guess_q4[scaled - 64] << shift >> 4;
+    root = (root + square / root) >> 1;
+    while (root > UINT16_MAX || root * root > square)
+        root--;
     return root;
 }
 

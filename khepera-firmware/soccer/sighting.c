@@ -8,24 +8,17 @@
  * is not public. */
 #define LENS_FORWARD_MM 0
 
-#define BALL_RADIUS_MM      ((BALL_DIAMETER_MM + 1) / 2)
+#define BALL_RADIUS_MM ((BALL_DIAMETER_MM + 1) / 2)
 /* Rows of the epipolar lines after reset of the FPGA; nobody changes them. */
-#define GOAL_ROW            60u
-#define OPPONENT_ROW        80u
-/* One standard deviation of a disparity, 1/16 px: 0.4 px of noise and misalignment. */
-#define DISPARITY_SIGMA     6u
-#define SIGMA_MAX_MM        400u
-/* What is farther than the pitch's diagonal is not on it; nor is a ball whose middle is well above
- * or below where a ball on the floor has it; the tolerance is that of the range, seen under the
- * tilt. */
-#define RANGE_MAX_MM        1300
-#define HEIGHT_SLACK_MM     30
-/* Share of a goal's width by which a sighting may differ, percent, beyond its range error. */
-#define WIDTH_SLACK_PERCENT 15u
+#define GOAL_ROW       60u
+#define OPPONENT_ROW   80u
+#define SIGMA_MAX_MM   400u
+/* What is farther than the pitch's diagonal is not on it. */
+#define RANGE_MAX_MM   1300
 
-static uint16_t range_sigma_mm(uint16_t disparity_q4)
+static uint16_t range_sigma_mm(const soccer_tuning_t *tuning, uint16_t disparity_q4)
 {
-    uint32_t sigma = (uint32_t)depth_step_mm(disparity_q4) * DISPARITY_SIGMA;
+    uint32_t sigma = (uint32_t)depth_step_mm(disparity_q4) * (uint16_t)tuning->disparity_sigma_q4;
 
     return (uint16_t)(sigma > SIGMA_MAX_MM ? SIGMA_MAX_MM : sigma + 2);
 }
@@ -40,13 +33,14 @@ static void fill(place_t *place, const ground_point_t *point, uint16_t sigma_mm)
 }
 
 /* A place from one pixel of the right eye and its disparity. Returns its height, mm. */
-static int16_t place_by_disparity(place_t *place, uint16_t x_q4, uint16_t row, uint16_t disparity)
+static int16_t place_by_disparity(const soccer_tuning_t *tuning, place_t *place, uint16_t x_q4,
+                                  uint16_t row, uint16_t disparity)
 {
     ground_point_t point;
 
     if (!depth_ground_point(x_q4, (uint16_t)(16u * row), disparity, &point))
         return INT16_MIN;
-    fill(place, &point, range_sigma_mm(disparity));
+    fill(place, &point, range_sigma_mm(tuning, disparity));
     return point.height_mm;
 }
 
@@ -81,7 +75,7 @@ static void place_by_row(place_t *ball, const report_t *report)
          (uint16_t)(3 + (int32_t)point.forward_mm * point.forward_mm / (CAMERA_FOCAL_PX * 30)));
 }
 
-static void see_ball(const report_t *report, sightings_t *sightings)
+static void see_ball(const report_t *report, const soccer_tuning_t *tuning, sightings_t *sightings)
 {
     place_t *ball = &sightings->ball;
     uint16_t x_px = report->ball_x_q4 / 16u;
@@ -91,13 +85,14 @@ static void see_ball(const report_t *report, sightings_t *sightings)
     if (!(report->flags & REPORT_BALL) || report->ball_width_px == 0)
         return;
     if (report->ball_disparity_q4 != 0) {
-        int32_t off = (int32_t)place_by_disparity(ball, report->ball_x_q4, report->ball_row,
+        int32_t off = (int32_t)place_by_disparity(tuning, ball, report->ball_x_q4, report->ball_row,
                                                   report->ball_disparity_q4) -
                       BALL_RADIUS_MM;
 
+        /* Not on the floor: no ball. Under the tilt an error of the range is one of the height. */
         if (off < 0)
             off = -off;
-        ball->valid = ball->valid && off < HEIGHT_SLACK_MM + ball->sigma_mm;
+        ball->valid = ball->valid && off < tuning->height_slack_mm + ball->sigma_mm;
         return;
     }
     if (cut)
@@ -110,7 +105,7 @@ static void see_ball(const report_t *report, sightings_t *sightings)
         ball->left_mm = (int16_t)(ball->left_mm + CAMERA_BASELINE_UM / 1000);
 }
 
-static void see_goal(const report_t *report, sightings_t *sightings)
+static void see_goal(const report_t *report, const soccer_tuning_t *tuning, sightings_t *sightings)
 {
     static const uint16_t flag[2] = {REPORT_GOAL_LEFT_EDGE, REPORT_GOAL_RIGHT_EDGE};
     place_t *edge = sightings->goal_edge;
@@ -120,39 +115,42 @@ static void see_goal(const report_t *report, sightings_t *sightings)
 
     for (i = 0; i < 2; i++)
         if (report->flags & flag[i])
-            (void)place_by_disparity(&edge[i], report->goal_x_q4[i], GOAL_ROW,
+            (void)place_by_disparity(tuning, &edge[i], report->goal_x_q4[i], GOAL_ROW,
                                      report->goal_disparity_q4[i]);
     if (!edge[0].valid || !edge[1].valid)
         return;
     width = length_of(edge[0].forward_mm - edge[1].forward_mm, edge[0].left_mm - edge[1].left_mm);
-    slack = GOAL_WIDTH_MM * WIDTH_SLACK_PERCENT / 100u + edge[0].sigma_mm + edge[1].sigma_mm;
+    slack = GOAL_WIDTH_MM * (uint32_t)tuning->goal_width_slack_percent / 100u + edge[0].sigma_mm +
+            edge[1].sigma_mm;
     if (width > GOAL_WIDTH_MM + slack || width + slack < GOAL_WIDTH_MM) {
         edge[0].valid = 0;
         edge[1].valid = 0;
     }
 }
 
-static void see_opponent(const report_t *report, sightings_t *sightings)
+static void see_opponent(const report_t *report, const soccer_tuning_t *tuning,
+                         sightings_t *sightings)
 {
     place_t *opponent = &sightings->opponent;
 
     if (!(report->flags & REPORT_OPPONENT))
         return;
-    (void)place_by_disparity(opponent, report->opponent_x_q4, OPPONENT_ROW,
+    (void)place_by_disparity(tuning, opponent, report->opponent_x_q4, OPPONENT_ROW,
                              report->opponent_disparity_q4);
     /* The eye sees the surface; the axis is a radius behind it. */
     if (opponent->valid)
         opponent->forward_mm = (int16_t)(opponent->forward_mm + OPPONENT_RADIUS_MM);
 }
 
-void sightings_from_report(const report_t *report, sightings_t *sightings)
+void sightings_from_report(const report_t *report, const soccer_tuning_t *tuning,
+                           sightings_t *sightings)
 {
     static const sightings_t nothing;
 
     *sightings = nothing;
     if (report->function != FPGA_FUNCTION_SOCCER || (report->flags & REPORT_FRAME_TORN))
         return;
-    see_ball(report, sightings);
-    see_goal(report, sightings);
-    see_opponent(report, sightings);
+    see_ball(report, tuning, sightings);
+    see_goal(report, tuning, sightings);
+    see_opponent(report, tuning, sightings);
 }

@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "link/report.h"
+#include "soccer/tuning.h"
 
 typedef struct {
     uint8_t valid;
@@ -26,6 +27,7 @@ typedef struct {
 
 /* Take a report apart. Implausible things (a ball not on the floor, a goal of the wrong width) are
  * left out. */
-void sightings_from_report(const report_t *report, sightings_t *sightings);
+void sightings_from_report(const report_t *report, const soccer_tuning_t *tuning,
+                           sightings_t *sightings);
 
 #endif

@@ -7,21 +7,28 @@
 #include <stdint.h>
 
 #include "link/report.h"
+#include "soccer/belief.h"
 #include "soccer/strategy.h"
+#include "soccer/tuning.h"
 #include "soccer/world.h"
 
 typedef struct {
+    const soccer_tuning_t *tuning;
+    soccer_belief_t belief; /* as of the last tick */
     world_t world;
     strategy_t strategy;
-    wheels_t wheels; /* as decided last */
-    uint8_t decided; /* since the last tick */
+    wheels_t wheels;     /* as decided last */
+    uint8_t since_ticks; /* since then */
 } soccer_t;
+
+/* Once, before anything else. `tuning` must outlive `soccer`; what changes in it counts at once. */
+void soccer_init(soccer_t *soccer, const soccer_tuning_t *tuning);
 
 /* Kick-off: forget everything but the heading (0 = towards the opponent's goal, left positive). */
 void soccer_start(soccer_t *soccer, angle_t heading);
 
 /* A tick of 10 ms: travel of the wheels in encoder counts, [0] left, [1] right. Decides
- * anew, unless a report made it do so since the last tick. */
+ * anew if no report has made it do so for a while. */
 void soccer_tick(soccer_t *soccer, const int32_t counts[2]);
 
 /* A report whose attention interrupt came `age_100us` (units of 100 us) ago. Decides anew. */
@@ -32,6 +39,9 @@ void soccer_wheels(const soccer_t *soccer, wheels_t *wheels);
 
 /* The wheel speeds while no reports come: slowly on the spot. */
 void soccer_search_blind(const soccer_t *soccer, wheels_t *wheels);
+
+/* The oldest change of state not yet taken, with its reason: 1, or 0 if there is none. */
+int soccer_take_event(soccer_t *soccer, strategy_event_t *event);
 
 /* What it is doing, for humans. */
 const char *soccer_state_name(const soccer_t *soccer);

@@ -1,68 +1,49 @@
 #include "soccer/strategy.h"
 
-/* Speeds, mm/s. A wheel's difference of 26.5 mm/s turns the robot by one radian a second. */
-#define SEARCH_TURN_MM_S  55
-#define LOOK_TURN_MM_S    55
-#define RELOCATE_MM_S     100
-#define RELOCATE_X_MM     (-340)
-#define RELOCATE_Y_MM     170
-#define RELOCATE_ASIDE_MM 180
-#define APPROACH_MM_S     280
-#define PUSH_MM_S         320
-#define BACK_OFF_MM_S     140
-#define TURN_MAX_MM_S     110
 /* Turn rate per heading error: 6/s; 6 * 26.5 mm / (65536 / 2 pi) = 1/66. */
 #define TURN_GAIN_DIVISOR 66
 
 /* Times, ticks of 10 ms. */
-#define PLAN_TICKS            5 /* shot and way around are chosen so often */
-#define BALL_UNSEEN_TICKS     35
-#define BALL_FORGET_TICKS     450
-#define BALL_ROLLED_TICKS     100 /* where a ball rolled to is a guess */
-#define OPPONENT_UNSEEN_TICKS 60
-#define SEARCH_TICKS          400
-#define RELOCATE_TICKS        250
-#define LOOK_TICKS            400
-#define APPROACH_TICKS        1200
-#define PUSH_TICKS            500
-#define STUCK_TICKS           40
-#define WALL_TICKS            15
-#define BACK_OFF_TICKS        45
-#define BACK_OFF_TURN_TICKS   25
+#define TICK_MS    10
+#define WALL_TICKS 15
+
+/* How much a wheel differs while the robot backs off: a curve leads away from what it hit. */
+#define BACK_OFF_CURVE_MM_S 20
 
 /* Distances, mm. */
-#define BEHIND_MM         115 /* from the ball's middle to where a push begins */
+#define RELOCATE_X_MM     (-340)
+#define RELOCATE_Y_MM     170
+#define RELOCATE_ASIDE_MM 180
 #define BEHIND_MIN_MM     90  /* a shorter run-up will do, */
 #define BEHIND_TIGHT_MM   70  /* ... and this one if nothing else is to be had */
-#define AROUND_MM         122 /* radius of the way around the ball */
 #define FREE_X_MM         490 /* where the robot's middle may go */
 #define FREE_Y_MM         305
 #define FREE_IN_GOAL_MM   540 /* ... and in a goal's mouth, */
 #define GOAL_MOUTH_MM     105 /* ... which is so wide on either side */
-#define OPPONENT_CLEAR_MM 90  /* between both middles */
-#define OPPONENT_PASS_MM  110 /* ... and when going around */
-#define SHOT_CLEAR_MM     80  /* between the shot's line and the opponent's middle */
-#define GOAL_AIM_MM       100 /* half width of the goal that a shot aims at */
+#define PASS_EXTRA_MM     20  /* an opponent is passed so much farther off than needed */
 #define GOAL_INSIDE_MM    50  /* so far behind the line lies the aim */
 #define GOAL_AIM_MIN_MM   70  /* ... and at least so far ahead of the ball */
 #define PUSH_ALONG_MIN_MM 60
 #define PUSH_ALONG_MAX_MM 260
-#define PUSH_LOST_MM      330
 #define THERE_MM          10
+#define VIEW_THERE_MM     30
+#define DEFEND_THERE_MM   25
+#define OWN_GOAL_NEAR_MM  (-200) /* nearer, a shot never goes back */
 
 /* Angles. */
 #define AROUND_STEP          ANGLE_DEGREES(50)
 #define AROUND_CHECK         ANGLE_DEGREES(30)
 #define DIRECT_ANGLE         ANGLE_DEGREES(50)
-#define PUSH_BEGIN_ANGLE     ANGLE_DEGREES(7)
 #define FACE_ANGLE           ANGLE_DEGREES(8)
-#define PUSH_END_ANGLE       ANGLE_DEGREES(38)
+#define PUSH_AIM_MAX         ANGLE_DEGREES(30)
 #define SHOT_STEP            1365 /* 7.5 degrees */
 #define SHOT_STEPS           10
 /* A shot must not go back by more than that: cos(107 degrees). */
 #define SHOT_COS_MIN_Q14     (-4800)
 /* RELOCATE leads forward by no more than that: cos(70 degrees). */
 #define RELOCATE_COS_MAX_Q14 5600
+/* A parameter in degrees as an angle. */
+#define FROM_DEGREES(deg)    ((angle_t)((deg)*182))
 
 /* Costs of a shot, in 1/65536 turns of detour. */
 #define COST_OUTSIDE     4
@@ -111,10 +92,33 @@ static void set_wheels(strategy_t *strategy, int32_t forward_mm_s, int32_t turn_
     strategy->wheels.right_mm_s = (int16_t)(forward_mm_s + turn_mm_s);
 }
 
-static void enter(strategy_t *strategy, strategy_state_t state)
+static int lasts(const strategy_t *strategy, int32_t ms)
+{
+    return strategy->state_ticks * TICK_MS > ms;
+}
+
+static void keep_event(strategy_t *strategy, strategy_state_t to, strategy_reason_t reason)
+{
+    strategy_event_t *event;
+
+    if (strategy->event_count == STRATEGY_EVENTS) {
+        strategy->event_first = (uint8_t)((strategy->event_first + 1u) % STRATEGY_EVENTS);
+        strategy->event_count--;
+        if (strategy->events_lost < UINT16_MAX)
+            strategy->events_lost++;
+    }
+    event = &strategy->events[(strategy->event_first + strategy->event_count) % STRATEGY_EVENTS];
+    event->from = strategy->state;
+    event->to = to;
+    event->reason = reason;
+    strategy->event_count++;
+}
+
+static void enter(strategy_t *strategy, strategy_state_t state, strategy_reason_t reason)
 {
     if (strategy->state == state)
         return;
+    keep_event(strategy, state, reason);
     strategy->state = state;
     strategy->state_ticks = 0;
     strategy->stuck_ticks = 0;
@@ -135,7 +139,7 @@ static void drive_along(strategy_t *strategy, const pose_t *pose, angle_t direct
                         int32_t speed_mm_s)
 {
     angle_t error = angle_wrap(direction - pose->heading);
-    int32_t turn = clamp(error / TURN_GAIN_DIVISOR, TURN_MAX_MM_S);
+    int32_t turn = clamp(error / TURN_GAIN_DIVISOR, strategy->tuning->turn_max_mm_s);
     int32_t cosine = angle_cos_q14(error);
     /* cos^3: little way is made while the heading is far off. */
     int32_t forward = cosine <= 0 ? 0 : speed_mm_s * (cosine >> 7) / 128;
@@ -145,7 +149,8 @@ static void drive_along(strategy_t *strategy, const pose_t *pose, angle_t direct
 }
 
 /* If the straight way passes too near to `obstacle`, move the target to the side of it. */
-static void avoid(const pose_t *pose, const object_t *obstacle, int32_t *x_q4, int32_t *y_q4)
+static void avoid(const pose_t *pose, const object_t *obstacle, int32_t clear_mm, int32_t *x_q4,
+                  int32_t *y_q4)
 {
     /* In mm, so that products of two fit 32 bits. */
     int32_t way_x = (*x_q4 - pose->x_q4) / 16;
@@ -161,11 +166,12 @@ static void avoid(const pose_t *pose, const object_t *obstacle, int32_t *x_q4, i
         return;
     along_mm = (dx * way_x + dy * way_y) / way_mm;
     across_mm = (dy * way_x - dx * way_y) / way_mm;
-    if (along_mm <= 0 || along_mm > way_mm + OPPONENT_CLEAR_MM / 2 ||
-        size_of(across_mm) >= OPPONENT_CLEAR_MM)
+    if (along_mm <= 0 || along_mm > way_mm + clear_mm / 2 || size_of(across_mm) >= clear_mm)
         return;
     /* Obstacle left of the way: pass on its right, and the other way round; but not into a wall. */
-    out_mm = across_mm >= 0 ? -OPPONENT_PASS_MM : OPPONENT_PASS_MM;
+    out_mm = clear_mm + PASS_EXTRA_MM;
+    if (across_mm >= 0)
+        out_mm = -out_mm;
     if (!free_for_robot(obstacle->x_q4 - 16 * way_y * out_mm / way_mm,
                         obstacle->y_q4 + 16 * way_x * out_mm / way_mm))
         out_mm = -out_mm;
@@ -181,7 +187,7 @@ static void drive_to(strategy_t *strategy, const world_t *world, const pose_t *p
     x_q4 = clamp(x_q4, FREE_X_MM * 16);
     y_q4 = clamp(y_q4, FREE_Y_MM * 16);
     if (world->opponent.known)
-        avoid(pose, &world->opponent, &x_q4, &y_q4);
+        avoid(pose, &world->opponent, strategy->tuning->opponent_clear_mm, &x_q4, &y_q4);
     distance_mm = (int32_t)length_of(x_q4 - pose->x_q4, y_q4 - pose->y_q4) / 16;
     if (speed_mm_s > 40 + 3 * distance_mm)
         speed_mm_s = 40 + 3 * distance_mm;
@@ -192,17 +198,19 @@ static void drive_to(strategy_t *strategy, const world_t *world, const pose_t *p
 
 /* Is the opponent near the line of a shot in direction (cosine, sine), or where the robot must be
  * for it? 0 = no, up to COST_BLOCKED * 5 / 4. */
-static int32_t blocked_cost(const object_t *opponent, const situation_t *now, int32_t cosine,
-                            int32_t sine)
+static int32_t blocked_cost(const soccer_tuning_t *tuning, const object_t *opponent,
+                            const situation_t *now, int32_t cosine, int32_t sine)
 {
     int32_t dx = opponent->x_q4 - now->ball_x_q4;
     int32_t dy = opponent->y_q4 - now->ball_y_q4;
     int32_t along_mm = (dx * cosine + dy * sine) >> 18;
     int32_t across_mm = size_of((dy * cosine - dx * sine) >> 18);
 
-    if (along_mm < -BEHIND_MM - OPPONENT_CLEAR_MM || across_mm >= SHOT_CLEAR_MM)
+    if (along_mm < -tuning->behind_mm - tuning->opponent_clear_mm ||
+        across_mm >= tuning->shot_clear_mm)
         return 0;
-    return COST_BLOCKED * (SHOT_CLEAR_MM - across_mm) / SHOT_CLEAR_MM + COST_BLOCKED / 4;
+    return COST_BLOCKED * (tuning->shot_clear_mm - across_mm) / tuning->shot_clear_mm +
+           COST_BLOCKED / 4;
 }
 
 static int32_t shot_cost(const strategy_t *strategy, const world_t *world, const situation_t *now,
@@ -213,7 +221,7 @@ static int32_t shot_cost(const strategy_t *strategy, const world_t *world, const
     angle_t robot = angle_wrap(now->ball_direction - shot);
     int32_t cost = outside * COST_OUTSIDE + size_of(robot) / COST_WAY_DIVISOR;
 
-    if (cosine < SHOT_COS_MIN_Q14 ||
+    if (cosine < (now->ball_x_q4 < OWN_GOAL_NEAR_MM * 16 ? 0 : SHOT_COS_MIN_Q14) ||
         !free_for_robot(now->ball_x_q4 - BEHIND_TIGHT_MM * cosine / 1024,
                         now->ball_y_q4 - BEHIND_TIGHT_MM * sine / 1024))
         return INT32_MAX;
@@ -221,7 +229,7 @@ static int32_t shot_cost(const strategy_t *strategy, const world_t *world, const
                         now->ball_y_q4 - BEHIND_MIN_MM * sine / 1024))
         cost += COST_TIGHT;
     if (world->opponent.known)
-        cost += blocked_cost(&world->opponent, now, cosine, sine);
+        cost += blocked_cost(strategy->tuning, &world->opponent, now, cosine, sine);
     if (strategy->shot_known && size_of(angle_wrap(shot - strategy->shot)) > ANGLE_DEGREES(10))
         cost += COST_CHANGE;
     return cost;
@@ -234,8 +242,8 @@ static void choose_shot(strategy_t *strategy, const world_t *world, const situat
     int32_t ahead = (PITCH_HALF_LENGTH_MM + GOAL_INSIDE_MM) * 16 - now->ball_x_q4;
     int32_t goal_x = ahead > GOAL_AIM_MIN_MM * 16 ? ahead : GOAL_AIM_MIN_MM * 16;
     angle_t middle = angle_of(goal_x, -now->ball_y_q4);
-    angle_t left = angle_of(goal_x, GOAL_AIM_MM * 16 - now->ball_y_q4);
-    angle_t right = angle_of(goal_x, -GOAL_AIM_MM * 16 - now->ball_y_q4);
+    angle_t left = angle_of(goal_x, strategy->tuning->goal_aim_mm * 16 - now->ball_y_q4);
+    angle_t right = angle_of(goal_x, -strategy->tuning->goal_aim_mm * 16 - now->ball_y_q4);
     int32_t best = INT32_MAX;
     angle_t chosen = middle;
     int step;
@@ -271,7 +279,7 @@ static void look_around(strategy_t *strategy, const world_t *world, situation_t 
     dy = now->ball_y_q4 - now->pose.y_q4;
     now->distance_mm = (int32_t)length_of(dx, dy) / 16;
     now->ball_direction = angle_of(dx, dy);
-    if (!strategy->shot_known || strategy->plan_ticks >= PLAN_TICKS) {
+    if (!strategy->shot_known || strategy->plan_ticks * TICK_MS >= strategy->tuning->plan_ms) {
         choose_shot(strategy, world, now);
         strategy->plan_ticks = 0;
     }
@@ -319,12 +327,13 @@ static void choose_viewpoint(strategy_t *strategy, const world_t *world)
 
 static void search(strategy_t *strategy, const world_t *world)
 {
-    set_wheels(strategy, 0, strategy->turn * SEARCH_TURN_MM_S);
+    set_wheels(strategy, 0, strategy->turn * strategy->tuning->search_turn_mm_s);
     /* Only eyes that have shown something are worth moving for. */
-    if (strategy->state_ticks > SEARCH_TICKS && (world->localised || world->opponent.known)) {
+    if (lasts(strategy, strategy->tuning->search_ms) &&
+        (world->localised || world->opponent.known)) {
         choose_viewpoint(strategy, world);
-        enter(strategy, STRATEGY_RELOCATE);
-    } else if (strategy->state_ticks > SEARCH_TICKS) {
+        enter(strategy, STRATEGY_RELOCATE, STRATEGY_NOT_FOUND);
+    } else if (lasts(strategy, strategy->tuning->search_ms)) {
         strategy->state_ticks = 0;
     }
 }
@@ -334,24 +343,28 @@ static void relocate(strategy_t *strategy, const world_t *world)
     pose_t pose;
 
     odometry_pose(&world->odometry, &pose);
-    drive_to(strategy, world, &pose, strategy->view_x_q4, strategy->view_y_q4, RELOCATE_MM_S);
-    if (strategy->state_ticks > RELOCATE_TICKS ||
-        length_of(strategy->view_x_q4 - pose.x_q4, strategy->view_y_q4 - pose.y_q4) < 30 * 16)
-        enter(strategy, STRATEGY_SEARCH);
+    drive_to(strategy, world, &pose, strategy->view_x_q4, strategy->view_y_q4,
+             strategy->tuning->relocate_mm_s);
+    if (length_of(strategy->view_x_q4 - pose.x_q4, strategy->view_y_q4 - pose.y_q4) <
+        VIEW_THERE_MM * 16)
+        enter(strategy, STRATEGY_SEARCH, STRATEGY_VIEWPOINT);
+    else if (lasts(strategy, strategy->tuning->relocate_ms))
+        enter(strategy, STRATEGY_SEARCH, STRATEGY_NO_VIEWPOINT);
 }
 
 static void look(strategy_t *strategy, const world_t *world)
 {
-    set_wheels(strategy, 0, strategy->turn * LOOK_TURN_MM_S);
-    if (world->localised || strategy->state_ticks > LOOK_TICKS) {
+    set_wheels(strategy, 0, strategy->turn * strategy->tuning->search_turn_mm_s);
+    if (world->localised || lasts(strategy, strategy->tuning->look_ms)) {
         strategy->looked = 1;
-        enter(strategy, STRATEGY_APPROACH);
+        enter(strategy, STRATEGY_APPROACH,
+              world->localised ? STRATEGY_PLACE_KNOWN : STRATEGY_NO_GOAL_SEEN);
     }
 }
 
 /* Out of where it is stuck: away from the opponent if he is near, from a wall towards the pitch's
  * middle, forwards or backwards, whatever is nearer; else backwards. */
-static void begin_back_off(strategy_t *strategy, const world_t *world)
+static void begin_back_off(strategy_t *strategy, const world_t *world, strategy_reason_t reason)
 {
     const object_t *opponent = &world->opponent;
     pose_t pose;
@@ -364,9 +377,10 @@ static void begin_back_off(strategy_t *strategy, const world_t *world)
     strategy->escape = world->wall_ticks > 0 && angle_cos_q14(home) > 0 ? 1 : -1;
     dx = opponent->x_q4 - pose.x_q4;
     dy = opponent->y_q4 - pose.y_q4;
-    if (opponent->known && length_of(dx, dy) < OPPONENT_PASS_MM * 16)
+    if (opponent->known &&
+        length_of(dx, dy) < (uint32_t)(strategy->tuning->opponent_clear_mm + PASS_EXTRA_MM) * 16)
         strategy->escape = angle_cos_q14(angle_wrap(angle_of(dx, dy) - pose.heading)) > 0 ? -1 : 1;
-    enter(strategy, STRATEGY_BACK_OFF);
+    enter(strategy, STRATEGY_BACK_OFF, reason);
 }
 
 /* A point on the circle around the ball, `off` away from the pose behind it. */
@@ -388,7 +402,8 @@ static int way_is_free(const strategy_t *strategy, const world_t *world, const s
     int32_t y_q4;
 
     for (left -= AROUND_CHECK; left > 0; left -= AROUND_CHECK) {
-        waypoint(strategy, now, angle_wrap(direction * left), AROUND_MM, &x_q4, &y_q4);
+        waypoint(strategy, now, angle_wrap(direction * left), strategy->tuning->around_mm, &x_q4,
+                 &y_q4);
         if (!free_for_robot(x_q4, y_q4))
             return 0;
         if (world->opponent.known && length_of(x_q4 - world->opponent.x_q4,
@@ -426,7 +441,7 @@ static void face_and_push(strategy_t *strategy, const situation_t *now)
 {
     drive_along(strategy, &now->pose, now->ball_direction, 0);
     if (size_of(angle_wrap(now->ball_direction - now->pose.heading)) < FACE_ANGLE)
-        enter(strategy, STRATEGY_PUSH);
+        enter(strategy, STRATEGY_PUSH, STRATEGY_NEARLY_BEHIND);
 }
 
 static void approach(strategy_t *strategy, const world_t *world, const situation_t *now)
@@ -435,73 +450,122 @@ static void approach(strategy_t *strategy, const world_t *world, const situation
     int32_t y_q4;
 
     if (now->along_mm > PUSH_ALONG_MIN_MM && now->along_mm < PUSH_ALONG_MAX_MM &&
-        size_of(now->off) < PUSH_BEGIN_ANGLE) {
-        enter(strategy, STRATEGY_PUSH);
-        drive_along(strategy, &now->pose, now->ball_direction, PUSH_MM_S);
+        size_of(now->off) < FROM_DEGREES(strategy->tuning->push_begin_deg)) {
+        enter(strategy, STRATEGY_PUSH, STRATEGY_BEHIND_BALL);
+        drive_along(strategy, &now->pose, now->ball_direction, strategy->tuning->push_mm_s);
         return;
     }
     if (size_of(now->off) <= DIRECT_ANGLE) {
         strategy->around = 0;
-        waypoint(strategy, now, 0, BEHIND_MM, &x_q4, &y_q4);
+        waypoint(strategy, now, 0, strategy->tuning->behind_mm, &x_q4, &y_q4);
         if (is_there(&now->pose, x_q4, y_q4)) {
             face_and_push(strategy, now);
             return;
         }
     } else {
         choose_way(strategy, world, now);
-        waypoint(strategy, now, angle_wrap(now->off - strategy->around * AROUND_STEP), AROUND_MM,
-                 &x_q4, &y_q4);
+        waypoint(strategy, now, angle_wrap(now->off - strategy->around * AROUND_STEP),
+                 strategy->tuning->around_mm, &x_q4, &y_q4);
     }
-    drive_to(strategy, world, &now->pose, x_q4, y_q4, APPROACH_MM_S);
-    if (strategy->state_ticks > APPROACH_TICKS || is_there(&now->pose, x_q4, y_q4))
-        begin_back_off(strategy, world);
+    drive_to(strategy, world, &now->pose, x_q4, y_q4, strategy->tuning->approach_mm_s);
+    if (is_there(&now->pose, x_q4, y_q4))
+        begin_back_off(strategy, world, STRATEGY_NO_WAY);
+    else if (lasts(strategy, strategy->tuning->approach_ms))
+        begin_back_off(strategy, world, STRATEGY_TOO_LONG);
 }
 
 static void push(strategy_t *strategy, const world_t *world, const situation_t *now)
 {
     /* Seen from the robot the ball must go to `shot`: aim beyond the ball's middle by as much as
      * the line through both middles is off. */
-    angle_t aim = angle_wrap(now->ball_direction + clamp(now->off, ANGLE_DEGREES(30)));
+    angle_t aim = angle_wrap(now->ball_direction + clamp(now->off, PUSH_AIM_MAX));
 
-    drive_along(strategy, &now->pose, aim, PUSH_MM_S);
-    if (size_of(now->off) > PUSH_END_ANGLE || now->distance_mm > PUSH_LOST_MM)
-        enter(strategy, STRATEGY_APPROACH);
-    else if (strategy->state_ticks > PUSH_TICKS)
-        begin_back_off(strategy, world);
+    drive_along(strategy, &now->pose, aim, strategy->tuning->push_mm_s);
+    if (size_of(now->off) > FROM_DEGREES(strategy->tuning->push_end_deg))
+        enter(strategy, STRATEGY_APPROACH, STRATEGY_OFF_LINE);
+    else if (now->distance_mm > strategy->tuning->push_lost_mm)
+        enter(strategy, STRATEGY_APPROACH, STRATEGY_BALL_AWAY);
+    else if (lasts(strategy, strategy->tuning->push_ms))
+        begin_back_off(strategy, world, STRATEGY_TOO_LONG);
 }
+
+/* ---- Defence ---- */
+
+/* Is the opponent, seen lately, nearer to the ball than the robot by `margin_mm`? */
+static int opponent_is_nearer(const strategy_t *strategy, const world_t *world,
+                              const situation_t *now, int32_t margin_mm)
+{
+    const object_t *opponent = &world->opponent;
+
+    return opponent->known && opponent->age_ticks * TICK_MS < strategy->tuning->opponent_fresh_ms &&
+           (int32_t)length_of(opponent->x_q4 - now->ball_x_q4, opponent->y_q4 - now->ball_y_q4) /
+                       16 +
+                   margin_mm <
+               now->distance_mm;
+}
+
+/* On the line from the ball to the middle of the own goal, as near to the ball as is safe. */
+static void defend(strategy_t *strategy, const world_t *world, const situation_t *now)
+{
+    int32_t home_x = -PITCH_HALF_LENGTH_MM * 16 - now->ball_x_q4;
+    int32_t home_y = -now->ball_y_q4;
+    int32_t home_mm = (int32_t)length_of(home_x, home_y) / 16 + 1;
+    int32_t from_ball_mm = strategy->tuning->defend_ball_mm;
+    int32_t x_q4;
+    int32_t y_q4;
+
+    if (from_ball_mm > home_mm - ROBOT_RADIUS)
+        from_ball_mm = home_mm - ROBOT_RADIUS;
+    x_q4 = now->ball_x_q4 + home_x * from_ball_mm / home_mm;
+    y_q4 = now->ball_y_q4 + home_y * from_ball_mm / home_mm;
+    if (length_of(x_q4 - now->pose.x_q4, y_q4 - now->pose.y_q4) < DEFEND_THERE_MM * 16)
+        drive_along(strategy, &now->pose, now->ball_direction, 0);
+    else
+        drive_to(strategy, world, &now->pose, x_q4, y_q4, strategy->tuning->defend_mm_s);
+}
+
+/* ---- Everything together ---- */
 
 static void back_off(strategy_t *strategy)
 {
-    if (strategy->state_ticks < BACK_OFF_TICKS)
-        set_wheels(strategy, strategy->escape * BACK_OFF_MM_S, strategy->turn * 20);
+    if (!lasts(strategy, strategy->tuning->back_off_ms))
+        set_wheels(strategy, strategy->escape * strategy->tuning->back_off_mm_s,
+                   strategy->turn * BACK_OFF_CURVE_MM_S);
     else
-        set_wheels(strategy, 0, strategy->turn * TURN_MAX_MM_S);
-    if (strategy->state_ticks > BACK_OFF_TICKS + BACK_OFF_TURN_TICKS) {
+        set_wheels(strategy, 0, strategy->turn * strategy->tuning->turn_max_mm_s);
+    if (lasts(strategy, strategy->tuning->back_off_ms + strategy->tuning->back_off_turn_ms)) {
         strategy->turn = (int8_t)-strategy->turn;
-        enter(strategy, STRATEGY_SEARCH);
+        enter(strategy, STRATEGY_SEARCH, STRATEGY_FREE);
     }
 }
 
-static void forget_the_lost(world_t *world)
+static void forget_if(object_t *object, int32_t unseen_ms, int32_t age_ms)
 {
-    if (world->ball.known &&
-        (world->ball.unseen_ticks > BALL_UNSEEN_TICKS || world->ball.age_ticks > BALL_FORGET_TICKS))
-        world->ball.known = 0;
-    if (world->opponent.known && world->opponent.unseen_ticks > OPPONENT_UNSEEN_TICKS)
-        world->opponent.known = 0;
+    if (object->unseen_ticks * TICK_MS > unseen_ms || object->age_ticks * TICK_MS > age_ms)
+        object->known = 0;
+}
+
+static void forget_the_lost(const soccer_tuning_t *tuning, world_t *world)
+{
+    forget_if(&world->ball, tuning->ball_unseen_ms, tuning->ball_forget_ms);
+    forget_if(&world->opponent, tuning->opponent_unseen_ms, tuning->opponent_forget_ms);
 }
 
 /* Wheels that stand still, or that slip at a wall. */
-static int is_stuck(const strategy_t *strategy, const world_t *world)
+static void notice_being_stuck(strategy_t *strategy, const world_t *world)
 {
-    return strategy->stuck_ticks > STUCK_TICKS || world->wall_ticks > WALL_TICKS;
+    if (strategy->stuck_ticks * TICK_MS > strategy->tuning->stuck_ms)
+        begin_back_off(strategy, world, STRATEGY_WHEELS_BLOCKED);
+    else if (world->wall_ticks > WALL_TICKS)
+        begin_back_off(strategy, world, STRATEGY_WALL);
 }
 
-void strategy_start(strategy_t *strategy)
+void strategy_start(strategy_t *strategy, const soccer_tuning_t *tuning)
 {
     static const strategy_t fresh;
 
     *strategy = fresh;
+    strategy->tuning = tuning;
     strategy->state = STRATEGY_SEARCH;
     strategy->turn = 1;
     strategy->side = 1;
@@ -527,48 +591,89 @@ void strategy_tick(strategy_t *strategy, const int32_t counts[2])
         strategy->stuck_ticks++;
 }
 
-void strategy_decide(strategy_t *strategy, world_t *world, wheels_t *wheels)
+/* Nobody knows where the ball is. */
+static void without_ball(strategy_t *strategy, const world_t *world)
 {
+    strategy->shot_known = 0;
+    if (strategy->state != STRATEGY_SEARCH && strategy->state != STRATEGY_RELOCATE) {
+        begin_turning(strategy, world, world->last_ball_bearing);
+        enter(strategy, STRATEGY_SEARCH, STRATEGY_BALL_LOST);
+    }
+    if (strategy->state == STRATEGY_SEARCH)
+        search(strategy, world);
+    else
+        relocate(strategy, world);
+}
+
+static void with_ball(strategy_t *strategy, const world_t *world)
+{
+    const soccer_tuning_t *tuning = strategy->tuning;
     situation_t now;
 
-    forget_the_lost(world);
-    if (strategy->state != STRATEGY_BACK_OFF && is_stuck(strategy, world))
-        begin_back_off(strategy, world);
+    look_around(strategy, world, &now);
+    if (strategy->state == STRATEGY_DEFEND) {
+        if (!opponent_is_nearer(strategy, world, &now, tuning->defend_margin_mm / 2))
+            enter(strategy, STRATEGY_APPROACH, STRATEGY_OPPONENT_FARTHER);
+    } else if (strategy->state != STRATEGY_PUSH) {
+        enter(strategy, STRATEGY_APPROACH, STRATEGY_BALL_FOUND);
+        if (opponent_is_nearer(strategy, world, &now, tuning->defend_margin_mm))
+            enter(strategy, STRATEGY_DEFEND, STRATEGY_OPPONENT_NEARER);
+    }
+    if (strategy->state == STRATEGY_PUSH)
+        push(strategy, world, &now);
+    else if (strategy->state == STRATEGY_DEFEND)
+        defend(strategy, world, &now);
+    else
+        approach(strategy, world, &now);
+}
+
+void strategy_decide(strategy_t *strategy, world_t *world, wheels_t *wheels)
+{
+    forget_the_lost(strategy->tuning, world);
+    if (strategy->state != STRATEGY_BACK_OFF)
+        notice_being_stuck(strategy, world);
 
     if (strategy->state == STRATEGY_BACK_OFF) {
         back_off(strategy);
     } else if (!world->ball.known) {
-        strategy->shot_known = 0;
-        if (strategy->state != STRATEGY_SEARCH && strategy->state != STRATEGY_RELOCATE) {
-            begin_turning(strategy, world, world->last_ball_bearing);
-            enter(strategy, STRATEGY_SEARCH);
-        }
-        if (strategy->state == STRATEGY_SEARCH)
-            search(strategy, world);
-        else
-            relocate(strategy, world);
+        without_ball(strategy, world);
     } else if (!world->localised && !strategy->looked) {
         if (strategy->state != STRATEGY_LOOK)
             begin_turning(strategy, world, 0);
-        enter(strategy, STRATEGY_LOOK);
+        enter(strategy, STRATEGY_LOOK, STRATEGY_PLACE_UNKNOWN);
         look(strategy, world);
     } else {
-        look_around(strategy, world, &now);
-        if (strategy->state == STRATEGY_PUSH) {
-            push(strategy, world, &now);
-        } else {
-            enter(strategy, STRATEGY_APPROACH);
-            approach(strategy, world, &now);
-        }
+        with_ball(strategy, world);
     }
     *wheels = strategy->wheels;
+}
+
+/* ---- For humans ---- */
+
+int strategy_take_event(strategy_t *strategy, strategy_event_t *event)
+{
+    if (strategy->event_count == 0)
+        return 0;
+    *event = strategy->events[strategy->event_first];
+    strategy->event_first = (uint8_t)((strategy->event_first + 1u) % STRATEGY_EVENTS);
+    strategy->event_count--;
+    return 1;
 }
 
 const char *strategy_state_name(strategy_state_t state)
 {
     static const char *const names[STRATEGY_STATE_COUNT] = {
-        "search", "relocate", "look", "approach", "push", "back off",
+        "search", "relocate", "look", "approach", "push", "defend", "back off",
     };
 
     return state < STRATEGY_STATE_COUNT ? names[state] : "unknown";
+}
+
+const char *strategy_reason_name(strategy_reason_t reason)
+{
+#define REASON_TEXT(identifier, text) text,
+    static const char *const names[STRATEGY_REASON_COUNT] = {STRATEGY_REASONS(REASON_TEXT)};
+#undef REASON_TEXT
+
+    return reason < STRATEGY_REASON_COUNT ? names[reason] : "unknown";
 }

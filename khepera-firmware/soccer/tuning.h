@@ -12,11 +12,14 @@
 /* clang-format off */
 #define SOCCER_TUNING(X) \
     /* World model: what the eyes' answers are worth. */ \
-    X(disparity_sigma_q4, "1/16 px", 6, 1, 64, "standard deviation of a disparity") \
+    X(disparity_sigma_q4, "1/16 px", 4, 1, 64, "standard deviation of a disparity") \
     X(height_slack_mm, "mm", 30, 5, 200, "a ball so far off the floor is none") \
     X(goal_width_slack_percent, "%", 15, 1, 100, "a goal of a width so far off is none") \
     X(ball_gate_mm, "mm", 60, 10, 500, "a jump of the ball beyond that, and 3 sigma, is doubted") \
     X(opponent_gate_mm, "mm", 60, 10, 500, "the same for the opponent") \
+    X(ball_drift_mm_s, "mm/s", 150, 0, 2000, "an unseen ball gets so much less certain") \
+    X(opponent_drift_mm_s, "mm/s", 200, 0, 2000, "the same for the opponent") \
+    X(speed_gain_q8, "1/256", 60, 0, 256, "share of a sighting's surprise that is taken for speed") \
     X(doubts_max, "sightings", 3, 1, 50, "so many doubted ones in a row are believed") \
     X(wall_slack_mm, "mm", 40, 0, 300, "a thing so far beyond the wall is none") \
     X(ball_slowing_mm_s2, "mm/s2", 200, 0, 2000, "what a rolling ball loses") \
@@ -52,6 +55,8 @@
     X(goal_aim_mm, "mm", 100, 10, 150, "half the goal's width that a shot aims at") \
     X(opponent_clear_mm, "mm", 90, 60, 300, "a way passes the opponent at least so far off") \
     X(shot_clear_mm, "mm", 80, 30, 300, "so does the line of a shot") \
+    X(opponent_fresh_ms, "ms", 1500, 20, 10000, "an opponent seen so lately counts for defence") \
+    X(defend_ball_mm, "mm", 150, 70, 600, "so far from the ball it defends") \
     X(defend_margin_mm, "mm", 120, 0, 1000, "defend if the opponent is nearer to the ball by that") \
     /* Angles. */ \
     X(push_begin_deg, "deg", 7, 1, 45, "off the shot's line when a push begins") \

@@ -3,9 +3,7 @@
 #include "vision/camera.h"
 
 #define START_X_MM            (-262)
-#define START_SIGMA_MM        220
 #define LOST_SIGMA_MM         300
-#define LOCALISED_SIGMA_MM    60
 /* Heading variance: unit (1/65536 turn)^2 / 16. One degree at the kick-off (a human's eye). */
 #define HEADING_VAR_START     (182L * 182 / 16)
 #define HEADING_VAR_MAX       (3640L * 3640 / 16)
@@ -30,13 +28,16 @@
 /* Which goal is it? Not asked when looking along the goal lines, beyond 65 degrees. */
 #define SIDE_COS_MIN_Q14      6900
 
-#define BALL_GATE_MM         60
-#define BALL_DOUBTS_MAX      3
-/* The ball's rolling loss, mm/s each tick: 0.2 m/s^2. An assumption; the filter corrects it. */
-#define BALL_SLOWING_MM_S    2
-#define BALL_SPEED_MAX_MM_S  1000
+#define SPEED_MAX_MM_S       1000
+/* From sightings farther apart no speed is taken. */
+#define SPEED_TICKS_MAX      10
+/* Of an object's place as seen from the robot: the least, and where nothing is known any more. */
+#define SIGMA_MIN_Q4         32
+#define SIGMA_MAX_Q4         (400 * 16)
+/* Across the line of sight: 2 mm, and half a pixel. */
+#define ACROSS_SIGMA_MM      2
+#define ACROSS_DIVISOR       640
 #define ROLLS_MM_S           100u /* below, the speed is mostly noise */
-#define IN_PITCH_SLACK_MM    40
 #define WALL_SLACK_MM        15
 /* Nearer than that, middle to middle, two robots overlap; only asked of a fresh sighting. */
 #define OVERLAP_MM           50
@@ -62,15 +63,23 @@ static void count_up(uint16_t *ticks)
         (*ticks)++;
 }
 
+typedef struct {
+    int32_t cosine_q14;
+    int32_t sine_q14;
+} rotation_t;
+
+static void rotation_by(angle_t angle, rotation_t *rotation)
+{
+    rotation->cosine_q14 = angle_cos_q14(angle);
+    rotation->sine_q14 = angle_sin_q14(angle);
+}
+
 /* |x|, |y| <= 60000, 3.7 m in 1/16 mm: everything on the pitch, seen from a belief about the robot
  * that odometry keeps within 2 m. */
-static void rotate(angle_t angle, int32_t x, int32_t y, int32_t *to_x, int32_t *to_y)
+static void rotate(const rotation_t *by, int32_t x, int32_t y, int32_t *to_x, int32_t *to_y)
 {
-    int32_t cosine = angle_cos_q14(angle);
-    int32_t sine = angle_sin_q14(angle);
-
-    *to_x = (x * cosine - y * sine) >> 14;
-    *to_y = (x * sine + y * cosine) >> 14;
+    *to_x = (x * by->cosine_q14 - y * by->sine_q14) >> 14;
+    *to_y = (x * by->sine_q14 + y * by->cosine_q14) >> 14;
 }
 
 /* ---- Start ---- */
@@ -81,13 +90,15 @@ static void forget(object_t *object)
 
     *object = nothing;
     object->age_ticks = UINT16_MAX;
+    object->sigma_q4 = SIGMA_MAX_Q4;
 }
 
-void world_start(world_t *world, angle_t heading)
+void world_start(world_t *world, const soccer_tuning_t *tuning, angle_t heading)
 {
     pose_t pose;
     unsigned i;
 
+    world->tuning = tuning;
     pose.x_q4 = START_X_MM * 16;
     pose.y_q4 = 0;
     pose.heading = heading;
@@ -95,7 +106,7 @@ void world_start(world_t *world, angle_t heading)
     for (i = 0; i < WORLD_HISTORY; i++)
         world->history[i] = pose;
     world->newest = 0;
-    world->position_var = (int32_t)START_SIGMA_MM * START_SIGMA_MM;
+    world->position_var = (int32_t)tuning->kick_off_sigma_mm * tuning->kick_off_sigma_mm;
     world->heading_var = HEADING_VAR_START;
     world->travel_rest = 0;
     world->spin_rest = 0;
@@ -137,30 +148,32 @@ static void grow_uncertain(world_t *world, const int32_t counts[2])
     world->heading_var = clamp(world->heading_var, 0, HEADING_VAR_MAX);
 }
 
-static int32_t slower(int32_t speed_mm_s)
+static int32_t slower(int32_t speed_mm_s, int32_t loss_mm_s)
 {
-    if (speed_mm_s > BALL_SLOWING_MM_S)
-        return speed_mm_s - BALL_SLOWING_MM_S;
-    return speed_mm_s < -BALL_SLOWING_MM_S ? speed_mm_s + BALL_SLOWING_MM_S : 0;
+    if (speed_mm_s > loss_mm_s)
+        return speed_mm_s - loss_mm_s;
+    return speed_mm_s < -loss_mm_s ? speed_mm_s + loss_mm_s : 0;
 }
 
 /* The ball rolls on, stays on the pitch, and is not where the robot is. */
 static void roll(world_t *world, const pose_t *pose)
 {
     object_t *ball = &world->ball;
-    int in_mouth = ball->y_q4 < GOAL_HALF_WIDTH_MM * 16 && ball->y_q4 > -GOAL_HALF_WIDTH_MM * 16;
-    int32_t limit_x =
-        (PITCH_HALF_LENGTH_MM + (in_mouth ? GOAL_DEPTH_MM : 0) - BALL_RADIUS + 10) * 16;
-    int32_t limit_y = (PITCH_HALF_WIDTH_MM - BALL_RADIUS + 10) * 16;
     int32_t dx;
     int32_t dy;
     int32_t distance;
 
-    /* mm/s * 10 ms * 16 = 4/25 of a q4 step. */
-    ball->x_q4 = clamp(ball->x_q4 + ball->vx_mm_s * 4 / 25, -limit_x, limit_x);
-    ball->y_q4 = clamp(ball->y_q4 + ball->vy_mm_s * 4 / 25, -limit_y, limit_y);
-    ball->vx_mm_s = slower(ball->vx_mm_s);
-    ball->vy_mm_s = slower(ball->vy_mm_s);
+    if (ball->vx_mm_s != 0 || ball->vy_mm_s != 0) {
+        int in_mouth =
+            ball->y_q4 < GOAL_HALF_WIDTH_MM * 16 && ball->y_q4 > -GOAL_HALF_WIDTH_MM * 16;
+        int32_t limit_x =
+            (PITCH_HALF_LENGTH_MM + (in_mouth ? GOAL_DEPTH_MM : 0) - BALL_RADIUS + 10) * 16;
+        int32_t limit_y = (PITCH_HALF_WIDTH_MM - BALL_RADIUS + 10) * 16;
+
+        /* mm/s * 10 ms * 16 = 41/256 of a q4 step. */
+        ball->x_q4 = clamp(ball->x_q4 + ((ball->vx_mm_s * 41) >> 8), -limit_x, limit_x);
+        ball->y_q4 = clamp(ball->y_q4 + ((ball->vy_mm_s * 41) >> 8), -limit_y, limit_y);
+    }
     dx = ball->x_q4 - pose->x_q4;
     dy = ball->y_q4 - pose->y_q4;
     if (dx >= CONTACT_MM * 16 || dx <= -CONTACT_MM * 16 || dy >= CONTACT_MM * 16 ||
@@ -184,13 +197,27 @@ static int in_view(const object_t *object, const pose_t *pose)
            bearing > -VIEW_HALF_ANGLE;
 }
 
-static void grow_old(object_t *object, const pose_t *pose, int look)
+/* `look`: once in LOOK_TICKS, for what need not be done each tick. */
+static void grow_old(object_t *object, const pose_t *pose, int32_t drift_mm_s, int look)
 {
     if (!object->known)
         return;
     count_up(&object->age_ticks);
-    if (look && object->unseen_ticks < UINT16_MAX - LOOK_TICKS && in_view(object, pose))
+    if (!look)
+        return;
+    object->sigma_q4 += drift_mm_s * (int32_t)LOOK_TICKS * 4 / 25;
+    if (object->sigma_q4 > SIGMA_MAX_Q4)
+        object->sigma_q4 = SIGMA_MAX_Q4;
+    if (object->unseen_ticks < UINT16_MAX - LOOK_TICKS && in_view(object, pose))
         object->unseen_ticks = (uint16_t)(object->unseen_ticks + LOOK_TICKS);
+}
+
+static void lose_speed(const world_t *world, object_t *ball)
+{
+    int32_t loss_mm_s = world->tuning->ball_slowing_mm_s2 * (int32_t)LOOK_TICKS / 100;
+
+    ball->vx_mm_s = slower(ball->vx_mm_s, loss_mm_s);
+    ball->vy_mm_s = slower(ball->vy_mm_s, loss_mm_s);
 }
 
 /* Does the belief overlap with an opponent that was seen lately? */
@@ -249,10 +276,13 @@ void world_tick(world_t *world, const int32_t counts[2])
     grow_uncertain(world, counts);
     count_up(&world->goal_age_ticks);
     look = world->newest % LOOK_TICKS == 0;
-    grow_old(&world->ball, &pose, look);
-    grow_old(&world->opponent, &pose, look);
-    if (world->ball.known)
-        roll(world, &pose);
+    grow_old(&world->ball, &pose, world->tuning->ball_drift_mm_s, look);
+    grow_old(&world->opponent, &pose, world->tuning->opponent_drift_mm_s, look);
+    if (!world->ball.known)
+        return;
+    roll(world, &pose);
+    if (look)
+        lose_speed(world, &world->ball);
 }
 
 /* ---- Sightings ---- */
@@ -261,36 +291,40 @@ void world_tick(world_t *world, const int32_t counts[2])
 static void pose_then(const world_t *world, uint32_t age_100us, pose_t *pose)
 {
     uint32_t back = age_100us / WORLD_TICK_100US;
-    int32_t part = (int32_t)(age_100us % WORLD_TICK_100US);
+    int32_t part_q8 = (int32_t)(age_100us % WORLD_TICK_100US) * 655 >> 8;
     const pose_t *after;
     const pose_t *before;
 
     if (back > WORLD_HISTORY - 2) {
         back = WORLD_HISTORY - 2;
-        part = WORLD_TICK_100US;
+        part_q8 = 256;
     }
     after = &world->history[(world->newest + WORLD_HISTORY - back) % WORLD_HISTORY];
     before = &world->history[(world->newest + WORLD_HISTORY - back - 1) % WORLD_HISTORY];
-    pose->x_q4 = after->x_q4 + (before->x_q4 - after->x_q4) * part / (int32_t)WORLD_TICK_100US;
-    pose->y_q4 = after->y_q4 + (before->y_q4 - after->y_q4) * part / (int32_t)WORLD_TICK_100US;
-    pose->heading = angle_wrap(after->heading + angle_wrap(before->heading - after->heading) *
-                                                    part / (int32_t)WORLD_TICK_100US);
+    pose->x_q4 = after->x_q4 + ((before->x_q4 - after->x_q4) * part_q8 >> 8);
+    pose->y_q4 = after->y_q4 + ((before->y_q4 - after->y_q4) * part_q8 >> 8);
+    pose->heading =
+        angle_wrap(after->heading + (angle_wrap(before->heading - after->heading) * part_q8 >> 8));
 }
 
 static void to_field(const pose_t *pose, const place_t *place, int32_t *x_q4, int32_t *y_q4)
 {
-    rotate(pose->heading, place->forward_mm * 16, place->left_mm * 16, x_q4, y_q4);
+    rotation_t rotation;
+
+    rotation_by(pose->heading, &rotation);
+    rotate(&rotation, place->forward_mm * 16, place->left_mm * 16, x_q4, y_q4);
     *x_q4 += pose->x_q4;
     *y_q4 += pose->y_q4;
 }
 
 /* Turn and shift one thing along with the robot: what was seen relative to it stays so. */
-static void carry(int32_t *x_q4, int32_t *y_q4, const pose_t *pivot, const pose_t *change)
+static void carry(int32_t *x_q4, int32_t *y_q4, const pose_t *pivot, const pose_t *change,
+                  const rotation_t *rotation)
 {
     int32_t x;
     int32_t y;
 
-    rotate(change->heading, *x_q4 - pivot->x_q4, *y_q4 - pivot->y_q4, &x, &y);
+    rotate(rotation, *x_q4 - pivot->x_q4, *y_q4 - pivot->y_q4, &x, &y);
     *x_q4 = pivot->x_q4 + change->x_q4 + x;
     *y_q4 = pivot->y_q4 + change->y_q4 + y;
 }
@@ -298,21 +332,23 @@ static void carry(int32_t *x_q4, int32_t *y_q4, const pose_t *pivot, const pose_
 /* Correct the belief by `change`, seen from where the robot was: `pivot`. */
 static void correct(world_t *world, const pose_t *pivot, const pose_t *change)
 {
+    rotation_t rotation;
     pose_t now;
     unsigned i;
 
+    rotation_by(change->heading, &rotation);
     for (i = 0; i < WORLD_HISTORY; i++) {
         pose_t *pose = &world->history[i];
 
-        carry(&pose->x_q4, &pose->y_q4, pivot, change);
+        carry(&pose->x_q4, &pose->y_q4, pivot, change, &rotation);
         pose->heading = angle_wrap(pose->heading + change->heading);
     }
     if (world->ball.known)
-        carry(&world->ball.x_q4, &world->ball.y_q4, pivot, change);
+        carry(&world->ball.x_q4, &world->ball.y_q4, pivot, change, &rotation);
     if (world->opponent.known)
-        carry(&world->opponent.x_q4, &world->opponent.y_q4, pivot, change);
+        carry(&world->opponent.x_q4, &world->opponent.y_q4, pivot, change, &rotation);
     odometry_pose(&world->odometry, &now);
-    carry(&now.x_q4, &now.y_q4, pivot, change);
+    carry(&now.x_q4, &now.y_q4, pivot, change, &rotation);
     world->odometry.x_q16 = now.x_q4 * 4096;
     world->odometry.y_q16 = now.y_q4 * 4096;
     world->odometry.heading_q32 += (uint32_t)(uint16_t)change->heading << 16;
@@ -369,12 +405,14 @@ static unsigned position_error(const pose_t *then, const place_t edge[2], int si
     return seen;
 }
 
-static int inside_pitch(int32_t x_q4, int32_t y_q4)
+static int inside_pitch(const world_t *world, int32_t x_q4, int32_t y_q4)
 {
-    return x_q4 < (PITCH_HALF_LENGTH_MM + IN_PITCH_SLACK_MM) * 16 &&
-           x_q4 > -(PITCH_HALF_LENGTH_MM + IN_PITCH_SLACK_MM) * 16 &&
-           y_q4 < (PITCH_HALF_WIDTH_MM + IN_PITCH_SLACK_MM) * 16 &&
-           y_q4 > -(PITCH_HALF_WIDTH_MM + IN_PITCH_SLACK_MM) * 16;
+    int32_t slack_mm = world->tuning->wall_slack_mm;
+
+    return x_q4 < (PITCH_HALF_LENGTH_MM + slack_mm) * 16 &&
+           x_q4 > -(PITCH_HALF_LENGTH_MM + slack_mm) * 16 &&
+           y_q4 < (PITCH_HALF_WIDTH_MM + slack_mm) * 16 &&
+           y_q4 > -(PITCH_HALF_WIDTH_MM + slack_mm) * 16;
 }
 
 /* How far off a single post may be: the nearer it is, the better its place is known. */
@@ -408,7 +446,8 @@ static int goal_side(const pose_t *then, const place_t edge[2])
     return cosine < -SIDE_COS_MIN_Q14 ? -1 : 0;
 }
 
-static void see_goal(world_t *world, const place_t edge[2], const pose_t *then)
+/* Returns whether the belief was corrected. */
+static int see_goal(world_t *world, const place_t edge[2], const pose_t *then)
 {
     pose_t pose = *then;
     pose_t error;
@@ -422,10 +461,10 @@ static void see_goal(world_t *world, const place_t edge[2], const pose_t *then)
     int side;
 
     if (!edge[0].valid && !edge[1].valid)
-        return;
+        return 0;
     side = goal_side(then, edge);
     if (side == 0)
-        return;
+        return 0;
     change.x_q4 = 0;
     change.y_q4 = 0;
     change.heading = 0;
@@ -433,8 +472,8 @@ static void see_goal(world_t *world, const place_t edge[2], const pose_t *then)
         change.heading = heading_change(world, then, edge, side);
     pose.heading = angle_wrap(pose.heading + change.heading);
     seen = position_error(&pose, edge, side, &error, &var);
-    if (!inside_pitch(pose.x_q4 + error.x_q4, pose.y_q4 + error.y_q4))
-        return;
+    if (!inside_pitch(world, pose.x_q4 + error.x_q4, pose.y_q4 + error.y_q4))
+        return 0;
 
     var = var * SYSTEMATIC_FACTOR * (seen == 1 ? SINGLE_FACTOR : 1) + POSITION_VAR_FLOOR;
     total = world->position_var + var;
@@ -446,7 +485,7 @@ static void see_goal(world_t *world, const place_t edge[2], const pose_t *then)
         /* Once is an error of the eye; again and again it is one of ours: wheels slipped. */
         if (seen == 2)
             doubt_place(world);
-        return;
+        return 0;
     }
     world->position_doubts = 0;
     gain_q8 = 256 * world->position_var / total;
@@ -454,12 +493,16 @@ static void see_goal(world_t *world, const place_t edge[2], const pose_t *then)
     change.y_q4 = error.y_q4 * gain_q8 / 256;
     world->position_var -= world->position_var * gain_q8 / 256;
     world->goal_age_ticks = 0;
-    if (world->position_var < (int32_t)LOCALISED_SIGMA_MM * LOCALISED_SIGMA_MM)
+    if (world->position_var <
+        (int32_t)world->tuning->localised_sigma_mm * world->tuning->localised_sigma_mm)
         world->localised = 1;
     correct(world, then, &change);
+    return 1;
 }
 
-static void place_object(object_t *object, int32_t x_q4, int32_t y_q4)
+/* ---- Ball and opponent ---- */
+
+static void place_object(object_t *object, int32_t x_q4, int32_t y_q4, const place_t *place)
 {
     object->known = 1;
     object->doubts = 0;
@@ -467,93 +510,161 @@ static void place_object(object_t *object, int32_t x_q4, int32_t y_q4)
     object->y_q4 = y_q4;
     object->vx_mm_s = 0;
     object->vy_mm_s = 0;
+    object->sigma_q4 = place->sigma_mm * 16 + SIGMA_MIN_Q4;
 }
 
-/* An alpha-beta filter on the ball: near, a sighting is exact and trusted; far, it is noisy. */
+/* Share of an innovation that is believed: var / (var + var of the sighting). */
+static int32_t share_q8(int32_t sigma_q4, int32_t seen_sigma_mm)
+{
+    /* In 1/4 mm, so that 256 squares fit 32 bits. */
+    int32_t var = (sigma_q4 / 4) * (sigma_q4 / 4);
+    int32_t seen_var = seen_sigma_mm * seen_sigma_mm * 16;
+
+    return 256 * var / (var + seen_var + 1);
+}
+
+/* An alpha-beta filter along and across the line of sight: across it the eye is exact, along it the
+ * error grows with the square of the range. `off`: sighting minus belief at the exposure, field;
+ * `ray`: from the robot to the sighting. */
+static void filter(object_t *object, const place_t *place, const int32_t off_q4[2],
+                   const int32_t ray_q4[2], int32_t speed_gain_q8)
+{
+    int32_t range_q4 = (int32_t)length_of(ray_q4[0], ray_q4[1]) + 1;
+    int32_t ray_x_q12 = ray_q4[0] * 4096 / range_q4;
+    int32_t ray_y_q12 = ray_q4[1] * 4096 / range_q4;
+    int32_t along_q4 = (off_q4[0] * ray_x_q12 + off_q4[1] * ray_y_q12) >> 12;
+    int32_t across_q4 = (off_q4[1] * ray_x_q12 - off_q4[0] * ray_y_q12) >> 12;
+    int32_t alpha = share_q8(object->sigma_q4, place->sigma_mm);
+    int32_t alpha_across =
+        share_q8(object->sigma_q4, ACROSS_SIGMA_MM + range_q4 / (16 * ACROSS_DIVISOR));
+    int32_t since_ticks = clamp(object->age_ticks, 2, SPEED_TICKS_MAX);
+
+    along_q4 = along_q4 * alpha / 256;
+    across_q4 = across_q4 * alpha_across / 256;
+    object->x_q4 += (along_q4 * ray_x_q12 - across_q4 * ray_y_q12) >> 12;
+    object->y_q4 += (along_q4 * ray_y_q12 + across_q4 * ray_x_q12) >> 12;
+    object->sigma_q4 =
+        clamp(object->sigma_q4 * (int32_t)square_root((uint32_t)(256 - alpha) * 256) / 256,
+              SIGMA_MIN_Q4, SIGMA_MAX_Q4);
+    if (object->age_ticks > SPEED_TICKS_MAX) {
+        object->vx_mm_s = 0;
+        object->vy_mm_s = 0;
+        return;
+    }
+    /* A small share of what alpha left: a ball at rest must not seem to roll. q4 a tick to mm/s:
+     * 100 / 16. */
+    along_q4 = along_q4 * speed_gain_q8 / 256 * 25 / (4 * since_ticks);
+    across_q4 = across_q4 * speed_gain_q8 / 256 * 25 / (4 * since_ticks);
+    object->vx_mm_s =
+        clamp(object->vx_mm_s + ((along_q4 * ray_x_q12 - across_q4 * ray_y_q12) >> 12),
+              -SPEED_MAX_MM_S, SPEED_MAX_MM_S);
+    object->vy_mm_s =
+        clamp(object->vy_mm_s + ((along_q4 * ray_y_q12 + across_q4 * ray_x_q12) >> 12),
+              -SPEED_MAX_MM_S, SPEED_MAX_MM_S);
+}
+
+/* A sighting of ball or opponent. */
+static void see_object(world_t *world, object_t *object, const place_t *place, const pose_t *then,
+                       uint32_t age_100us, int32_t gate_mm)
+{
+    int32_t x_q4;
+    int32_t y_q4;
+    int32_t off_q4[2];
+    int32_t ray_q4[2];
+
+    to_field(then, place, &x_q4, &y_q4);
+    if (world->localised && !inside_pitch(world, x_q4, y_q4))
+        return;
+    /* Compare with where it was believed to be at the moment of exposure: v * age / 625. */
+    off_q4[0] = x_q4 - object->x_q4 + (object->vx_mm_s * (int32_t)age_100us * 105 >> 16);
+    off_q4[1] = y_q4 - object->y_q4 + (object->vy_mm_s * (int32_t)age_100us * 105 >> 16);
+    ray_q4[0] = x_q4 - then->x_q4;
+    ray_q4[1] = y_q4 - then->y_q4;
+    if (!object->known) {
+        place_object(object, x_q4, y_q4, place);
+    } else if ((int32_t)length_of(off_q4[0], off_q4[1]) / 16 >
+               gate_mm + 3 * (place->sigma_mm + object->sigma_q4 / 16)) {
+        if (++object->doubts < world->tuning->doubts_max)
+            return;
+        place_object(object, x_q4, y_q4, place);
+    } else {
+        object->doubts = 0;
+        filter(object, place, off_q4, ray_q4, world->tuning->speed_gain_q8);
+    }
+    object->age_ticks = 0;
+    object->unseen_ticks = 0;
+}
+
 static void see_ball(world_t *world, const place_t *place, const pose_t *then, uint32_t age_100us)
 {
     object_t *ball = &world->ball;
-    int32_t x_q4;
-    int32_t y_q4;
-    int32_t off_x;
-    int32_t off_y;
-    int32_t alpha_q8;
-    int32_t beta_q8;
-    int32_t since_ticks;
+    pose_t now;
 
-    to_field(then, place, &x_q4, &y_q4);
-    if (world->localised && !inside_pitch(x_q4 * 15 / 16, y_q4 * 15 / 16))
+    see_object(world, ball, place, then, age_100us, world->tuning->ball_gate_mm);
+    if (!ball->known || ball->age_ticks != 0)
         return;
-    if (!ball->known) {
-        place_object(ball, x_q4, y_q4);
-    } else {
-        /* Compare with where the ball was believed to be at the moment of exposure. */
-        off_x = x_q4 - (ball->x_q4 - ball->vx_mm_s * (int32_t)age_100us / 625);
-        off_y = y_q4 - (ball->y_q4 - ball->vy_mm_s * (int32_t)age_100us / 625);
-        if ((int32_t)length_of(off_x, off_y) / 16 > BALL_GATE_MM + 3 * place->sigma_mm) {
-            if (++ball->doubts < BALL_DOUBTS_MAX)
-                return;
-            place_object(ball, x_q4, y_q4);
-        } else {
-            ball->doubts = 0;
-            since_ticks = clamp(ball->age_ticks, 2, 20);
-            alpha_q8 = 1024 / (place->sigma_mm + 7);
-            beta_q8 = alpha_q8 * alpha_q8 / 512;
-            ball->x_q4 += off_x * alpha_q8 / 256;
-            ball->y_q4 += off_y * alpha_q8 / 256;
-            /* q4 a tick to mm/s: 100 / 16. */
-            ball->vx_mm_s += off_x * beta_q8 / 256 * 25 / (4 * since_ticks);
-            ball->vy_mm_s += off_y * beta_q8 / 256 * 25 / (4 * since_ticks);
-            ball->vx_mm_s = clamp(ball->vx_mm_s, -BALL_SPEED_MAX_MM_S, BALL_SPEED_MAX_MM_S);
-            ball->vy_mm_s = clamp(ball->vy_mm_s, -BALL_SPEED_MAX_MM_S, BALL_SPEED_MAX_MM_S);
-        }
-    }
-    ball->age_ticks = 0;
-    ball->unseen_ticks = 0;
     ball->rolls = length_of(ball->vx_mm_s, ball->vy_mm_s) > ROLLS_MM_S;
-}
-
-static void see_opponent(world_t *world, const place_t *place, const pose_t *then)
-{
-    object_t *opponent = &world->opponent;
-    int32_t x_q4;
-    int32_t y_q4;
-
-    to_field(then, place, &x_q4, &y_q4);
-    if (world->localised && !inside_pitch(x_q4, y_q4))
-        return;
-    if (!opponent->known || (int32_t)length_of(x_q4 - opponent->x_q4, y_q4 - opponent->y_q4) / 16 >
-                                BALL_GATE_MM + 3 * place->sigma_mm) {
-        if (opponent->known && ++opponent->doubts < BALL_DOUBTS_MAX)
-            return;
-        place_object(opponent, x_q4, y_q4);
-    } else {
-        opponent->doubts = 0;
-        opponent->x_q4 += (x_q4 - opponent->x_q4) / 4;
-        opponent->y_q4 += (y_q4 - opponent->y_q4) / 4;
-    }
-    opponent->age_ticks = 0;
-    opponent->unseen_ticks = 0;
+    odometry_pose(&world->odometry, &now);
+    world->last_ball_bearing = angle_of(ball->x_q4 - now.x_q4, ball->y_q4 - now.y_q4);
 }
 
 void world_see(world_t *world, const sightings_t *sightings, uint32_t age_100us)
 {
     pose_t then;
-    pose_t now;
 
     pose_then(world, age_100us, &then);
-    see_goal(world, sightings->goal_edge, &then);
-    /* The correction may have moved history. */
-    pose_then(world, age_100us, &then);
+    if (see_goal(world, sightings->goal_edge, &then))
+        /* The correction has moved history. */
+        pose_then(world, age_100us, &then);
     if (sightings->ball.valid)
         see_ball(world, &sightings->ball, &then, age_100us);
     else if (sightings->ball_near && world->ball.known)
         world->ball.unseen_ticks = 0;
     if (sightings->opponent.valid)
-        see_opponent(world, &sightings->opponent, &then);
-    if (world->ball.known && world->ball.age_ticks == 0) {
-        odometry_pose(&world->odometry, &now);
-        world->last_ball_bearing =
-            angle_of(world->ball.x_q4 - now.x_q4, world->ball.y_q4 - now.y_q4);
-    }
+        see_object(world, &world->opponent, &sightings->opponent, &then, age_100us,
+                   world->tuning->opponent_gate_mm);
+}
+
+/* ---- What others want to know ---- */
+
+/* 65536 / (2 pi) / 16: an angle for a distance across, in 1/16 mm, at a range in mm. */
+#define ANGLE_OF_ACROSS 652
+
+static void sight_of(const pose_t *pose, int32_t x_q4, int32_t y_q4, int32_t sigma_q4,
+                     sight_t *sight)
+{
+    int32_t dx = x_q4 - pose->x_q4;
+    int32_t dy = y_q4 - pose->y_q4;
+    int32_t range_mm = (int32_t)length_of(dx, dy) / 16;
+
+    sight->range_mm = (uint16_t)range_mm;
+    sight->bearing = angle_wrap(angle_of(dx, dy) - pose->heading);
+    sight->range_sigma_mm = (uint16_t)(sigma_q4 / 16);
+    sight->bearing_sigma =
+        (uint16_t)clamp(sigma_q4 * ANGLE_OF_ACROSS / (range_mm + 1), 0, ANGLE_90);
+}
+
+int world_sight(const world_t *world, const object_t *object, sight_t *sight)
+{
+    pose_t pose;
+
+    if (!object->known)
+        return 0;
+    odometry_pose(&world->odometry, &pose);
+    sight_of(&pose, object->x_q4, object->y_q4, object->sigma_q4, sight);
+    return 1;
+}
+
+int world_sight_goal(const world_t *world, int side, sight_t *sight)
+{
+    int32_t heading_sigma = 4 * (int32_t)square_root((uint32_t)world->heading_var);
+    pose_t pose;
+
+    if (!world->localised)
+        return 0;
+    odometry_pose(&world->odometry, &pose);
+    sight_of(&pose, side * PITCH_HALF_LENGTH_MM * 16, 0,
+             16 * (int32_t)square_root((uint32_t)world->position_var), sight);
+    sight->bearing_sigma = (uint16_t)clamp(sight->bearing_sigma + heading_sigma, 0, ANGLE_90);
+    return 1;
 }

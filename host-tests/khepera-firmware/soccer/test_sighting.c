@@ -1,4 +1,5 @@
 // sources: khepera-firmware/soccer/angle.c khepera-firmware/soccer/sighting.c
+// sources: khepera-firmware/soccer/tuning.c
 // includes: khepera-firmware
 /* Reports into places, on the published reference scene: ball on the centre spot, seen from
  * (-228, 33) mm with a yaw of -10.6 degrees; goal and opponent beyond. */
@@ -42,7 +43,7 @@ static void the_reference_scene_is_where_it_was(void)
     long width;
 
     reference_scene();
-    sightings_from_report(&report, &seen);
+    sightings_from_report(&report, &soccer_tuning_default, &seen);
     TEST_ASSERT_TRUE(seen.ball.valid);
     TEST_ASSERT_INT_WITHIN(6, 230, seen.ball.forward_mm);
     TEST_ASSERT_INT_WITHIN(4, -15, seen.ball.left_mm);
@@ -58,11 +59,11 @@ static void another_function_or_a_torn_frame_shows_nothing(void)
 {
     reference_scene();
     report.function = FPGA_FUNCTION_CAPTURE;
-    sightings_from_report(&report, &seen);
+    sightings_from_report(&report, &soccer_tuning_default, &seen);
     TEST_ASSERT_FALSE(seen.ball.valid || seen.goal_edge[0].valid || seen.opponent.valid);
     report.function = FPGA_FUNCTION_SOCCER;
     report.flags |= REPORT_FRAME_TORN;
-    sightings_from_report(&report, &seen);
+    sightings_from_report(&report, &soccer_tuning_default, &seen);
     TEST_ASSERT_FALSE(seen.ball.valid || seen.goal_edge[0].valid || seen.opponent.valid);
 }
 
@@ -70,7 +71,7 @@ static void a_ball_in_the_air_is_none(void)
 {
     reference_scene();
     report.ball_row = 60;
-    sightings_from_report(&report, &seen);
+    sightings_from_report(&report, &soccer_tuning_default, &seen);
     TEST_ASSERT_FALSE(seen.ball.valid);
 }
 
@@ -78,7 +79,7 @@ static void a_goal_of_the_wrong_width_is_none(void)
 {
     reference_scene();
     report.goal_x_q4[1] = 110 * 16;
-    sightings_from_report(&report, &seen);
+    sightings_from_report(&report, &soccer_tuning_default, &seen);
     TEST_ASSERT_FALSE(seen.goal_edge[0].valid || seen.goal_edge[1].valid);
 }
 
@@ -89,7 +90,7 @@ static void a_clipped_ball_is_placed_by_its_width(void)
     report.ball_x_q4 = CAMERA_CX_Q4;
     report.ball_row = 190;
     report.ball_width_px = 150;
-    sightings_from_report(&report, &seen);
+    sightings_from_report(&report, &soccer_tuning_default, &seen);
     TEST_ASSERT_TRUE(seen.ball.valid);
     TEST_ASSERT_INT_WITHIN(4, 142, seen.ball.forward_mm);
     TEST_ASSERT_INT_WITHIN(1, -25, seen.ball.left_mm);
@@ -101,7 +102,7 @@ static void a_ball_that_fills_the_eye_is_near_but_nowhere(void)
     report.ball_x_q4 = 60 * 16;
     report.ball_row = 200;
     report.ball_width_px = 120;
-    sightings_from_report(&report, &seen);
+    sightings_from_report(&report, &soccer_tuning_default, &seen);
     TEST_ASSERT_FALSE(seen.ball.valid);
     TEST_ASSERT_TRUE(seen.ball_near);
 }
@@ -115,12 +116,12 @@ static void one_eye_places_a_ball_by_its_row(void)
     report.ball_x_q4 = CAMERA_CX_Q4;
     report.ball_row = 148;
     report.ball_width_px = 80;
-    sightings_from_report(&report, &seen);
+    sightings_from_report(&report, &soccer_tuning_default, &seen);
     TEST_ASSERT_TRUE(seen.ball.valid);
     TEST_ASSERT_INT_WITHIN(15, 230, seen.ball.forward_mm);
     right_mm = seen.ball.left_mm;
     report.flags = REPORT_BALL | REPORT_BALL_LEFT_ONLY;
-    sightings_from_report(&report, &seen);
+    sightings_from_report(&report, &soccer_tuning_default, &seen);
     TEST_ASSERT_INT_WITHIN(1, right_mm + 50, seen.ball.left_mm);
 }
 
@@ -139,7 +140,7 @@ static void any_report_is_survived(void)
         }
         report.function = FPGA_FUNCTION_SOCCER;
         report.flags &= (uint16_t)~REPORT_FRAME_TORN;
-        sightings_from_report(&report, &seen);
+        sightings_from_report(&report, &soccer_tuning_default, &seen);
         if (seen.ball.valid)
             TEST_ASSERT_TRUE(seen.ball.forward_mm > -60 && seen.ball.forward_mm < 2000);
     }

@@ -1,5 +1,6 @@
 // sources: khepera-firmware/soccer/angle.c khepera-firmware/soccer/odometry.c
 // sources: khepera-firmware/soccer/world.c khepera-firmware/soccer/strategy.c
+// sources: khepera-firmware/soccer/tuning.c
 // includes: khepera-firmware
 /* Single decisions in worlds made by hand; whole matches are in test_play.c. */
 #include "soccer/strategy.h"
@@ -46,8 +47,8 @@ static void pass(unsigned ticks, int32_t percent)
 
 void setUp(void)
 {
-    world_start(&world, 0);
-    strategy_start(&strategy);
+    world_start(&world, &soccer_tuning_default, 0);
+    strategy_start(&strategy, &soccer_tuning_default);
     world.localised = 1;
     stand_at(-200, 0, 0);
 }
@@ -98,7 +99,7 @@ static void a_viewpoint_never_lies_far_forward(void)
 
     for (x = -450; x <= 450; x += 50) {
         for (y = -300; y <= 300; y += 50) {
-            strategy_start(&strategy);
+            strategy_start(&strategy, &soccer_tuning_default);
             stand_at(x, y, 30);
             put(&world.opponent, 200, 10);
             pass(402, 100);
@@ -155,7 +156,7 @@ static void the_shot_misses_an_opponent_in_the_way(void)
     (void)decide();
     TEST_ASSERT_INT_WITHIN(ANGLE_DEGREES(4), 0, strategy.shot);
     put(&world.opponent, 400, 0);
-    strategy_start(&strategy);
+    strategy_start(&strategy, &soccer_tuning_default);
     (void)decide();
     TEST_ASSERT_TRUE(strategy.shot > ANGLE_DEGREES(10) || strategy.shot < ANGLE_DEGREES(-10));
 }
@@ -167,7 +168,7 @@ static void no_shot_goes_towards_the_own_goal(void)
 
     for (x = -480; x <= 480; x += 40) {
         for (y = -300; y <= 300; y += 30) {
-            strategy_start(&strategy);
+            strategy_start(&strategy, &soccer_tuning_default);
             put(&world.ball, x, y);
             stand_at(x < 0 ? x + 120 : x - 120, y / 2, 0);
             (void)decide();

@@ -1,5 +1,6 @@
 // sources: khepera-firmware/soccer/angle.c khepera-firmware/soccer/odometry.c
 // sources: khepera-firmware/soccer/world.c
+// sources: khepera-firmware/soccer/tuning.c
 // includes: khepera-firmware
 /* What the world model makes of sightings; the robot's true pose is the test's. */
 #include "soccer/world.h"
@@ -25,7 +26,7 @@ void setUp(void)
     true_x = -200;
     true_y = 40;
     true_heading = 0;
-    world_start(&world, 0);
+    world_start(&world, &soccer_tuning_default, 0);
 }
 
 void tearDown(void) {}
@@ -90,7 +91,7 @@ static void the_opponents_goal_tells_the_place(void)
 static void the_own_goal_is_told_by_the_heading(void)
 {
     true_heading = PI - 0.1;
-    world_start(&world, angle_from_radians(true_heading));
+    world_start(&world, &soccer_tuning_default, angle_from_radians(true_heading));
     look_at_goal(-1);
     see_for(20);
     TEST_ASSERT_TRUE(world.localised);
