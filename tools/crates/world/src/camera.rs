@@ -49,13 +49,22 @@ impl Camera {
         Self::at_lens([x, y], pose.heading_rad)
     }
 
-    /// A camera whose lens is above this place, turned like this.
+    /// An eye whose lens is above this place, turned like this.
     pub fn at_lens(lens_mm: [f64; 2], heading_rad: f64) -> Self {
+        Self::tilted([lens_mm[0], lens_mm[1], LENS_HEIGHT_MM], heading_rad, TILT_RAD)
+    }
+
+    /// A camera above this place that looks level.
+    pub fn level(lens_mm: [f64; 2], height_mm: f64, heading_rad: f64) -> Self {
+        Self::tilted([lens_mm[0], lens_mm[1], height_mm], heading_rad, 0.0)
+    }
+
+    fn tilted(lens_mm: [f64; 3], heading_rad: f64, tilt_rad: f64) -> Self {
         let (sin, cos) = libm::sincos(heading_rad);
-        let (tilt_sin, tilt_cos) = libm::sincos(TILT_RAD);
+        let (tilt_sin, tilt_cos) = libm::sincos(tilt_rad);
         let vector = |v: [f64; 3]| v.map(|component| component as f32);
         Self {
-            at: vector([lens_mm[0], lens_mm[1], LENS_HEIGHT_MM]),
+            at: vector(lens_mm),
             axes: [
                 vector([cos * tilt_cos, sin * tilt_cos, -tilt_sin]),
                 vector([sin, -cos, 0.0]),

@@ -1,11 +1,14 @@
-//! Pitch, physics, referee and the two-eye renderer.
+//! Pitch, physics, rules, opponents and the two-eye renderer.
 //!
-//! Coordinates are mm: x towards the goal that our robot attacks, y left, the origin on the centre
-//! spot. Time advances in steps of [`TICK`].
+//! Coordinates are mm: x towards the goal that robot 0 attacks in the first half, y left, the origin on
+//! the centre spot. Time advances in steps of [`TICK`].
 
 pub mod camera;
 mod canvas;
 mod font;
+pub mod materials;
+pub mod noise;
+pub mod opponents;
 pub mod physics;
 pub mod picture;
 pub mod pitch;
@@ -22,10 +25,12 @@ use image::RgbImage;
 use sim::{MS, Ps, SECOND};
 
 use camera::{Camera, Eye, HEIGHT, WIDTH};
+use materials::Materials;
+pub use noise::Noise;
 use physics::{Physics, Pose};
+use referee::KickOff;
 pub use render::BallColour;
 use render::{Frame, Scene};
-pub use sensor::Noise;
 use sensor::Sensors;
 
 /// Simulated time of one [`World::step`].
@@ -48,14 +53,16 @@ pub enum Eyes {
 /// What a world is made of.
 #[derive(Clone, Debug, Default)]
 pub struct Setup {
-    /// Draws the kick-off.
+    /// Draws what robots, eyes and floor are like.
     pub seed: u64,
     /// What the cameras deliver.
     pub eyes: Eyes,
     /// Colour of the ball.
     pub ball: BallColour,
-    /// How bad the cameras are.
+    /// How far cameras, wheels and floor are from perfect.
     pub noise: Noise,
+    /// Friction, losses, masses.
+    pub materials: Materials,
 }
 
 /// Where things have been, for the picture.
@@ -80,10 +87,10 @@ struct Moment {
 #[derive(Clone)]
 pub struct World {
     setup: Setup,
-    kick_off: referee::KickOff,
     physics: Physics,
     ticks: u32,
-    goals: [u32; 2],
+    attacks: [f64; 2],
+    last_touch: Option<usize>,
     tracks: Tracks,
     seen: [Vec<Moment>; 2],
     kept: [Option<(u16, Moment)>; 2],
@@ -92,23 +99,36 @@ pub struct World {
 }
 
 impl World {
-    /// Everything where the seed puts it, at rest.
+    /// Everything somewhere, at rest: the referee's first call puts it elsewhere.
     pub fn new(setup: &Setup) -> Self {
-        let kick_off = referee::kick_off(setup.seed);
-        let mut world = Self {
+        let aside = |side: f64| Pose { x_mm: side * 200.0, ..Pose::default() };
+        let robots = [aside(-1.0), aside(1.0)];
+        Self {
             setup: setup.clone(),
-            kick_off,
-            physics: Physics::new(kick_off.robots, kick_off.ball_mm),
+            physics: Physics::new(robots, [0.0; 2], setup.materials, setup.noise, setup.seed),
             ticks: 0,
-            goals: [0; 2],
+            attacks: [1.0, -1.0],
+            last_touch: None,
             tracks: Tracks::default(),
             seen: [Vec::new(), Vec::new()],
             kept: [None; 2],
             frame: Frame::new(),
             sensors: [0, 1].map(|robot| Sensors::new(setup.noise, setup.seed, robot)),
-        };
-        world.track();
-        world
+        }
+    }
+
+    /// Handlers put everything where it belongs; robots attack +x (1) or -x (-1).
+    pub fn kick_off(&mut self, places: &KickOff, attacks: [f64; 2]) {
+        self.physics.place(places.robots, places.ball_mm);
+        self.attacks = attacks;
+        self.last_touch = None;
+        self.tracks = Tracks::default();
+        self.track();
+    }
+
+    /// A handler puts the ball here.
+    pub fn free_ball(&mut self, at_mm: [f64; 2]) {
+        self.physics.place_ball(at_mm);
     }
 
     /// One [`TICK`], with these speeds of left and right wheel in mm/s for both robots.
@@ -118,11 +138,10 @@ impl World {
         if self.ticks.is_multiple_of(TRACK_TICKS) {
             self.track();
         }
-        if self.goals == [0, 0]
-            && let Some(robot) = referee::scorer(self.physics.ball_mm())
-        {
-            self.goals[robot] += 1;
-            self.track();
+        for robot in [0, 1] {
+            if self.physics.touches(robot) {
+                self.last_touch = Some(robot);
+            }
         }
     }
 
@@ -133,18 +152,55 @@ impl World {
         self.tracks.ball.push(self.physics.ball_mm());
     }
 
-    /// Goals of robot 0 and of robot 1.
-    pub fn goals(&self) -> [u32; 2] {
-        self.goals
+    /// Which way a robot plays: +1 towards +x, -1 towards -x.
+    pub fn attacks(&self, robot: usize) -> f64 {
+        self.attacks[robot]
     }
 
-    /// Heading at kick-off in degrees, -180..=180, 0 = towards the goal that the robot attacks,
-    /// positive = turned left.
-    pub fn kick_off_heading_deg(&self, robot: usize) -> f64 {
-        let heading = self.kick_off.robots[robot].heading_rad.to_degrees();
-        let attacked = if robot == 0 { heading } else { heading + 180.0 };
+    /// Who touched the ball last since the kick-off.
+    pub fn last_touch(&self) -> Option<usize> {
+        self.last_touch
+    }
+
+    /// Heading in degrees, -180..=180, as a handler sees it: 0 = towards the goal that the robot
+    /// attacks, positive = turned left.
+    pub fn heading_deg(&self, robot: usize) -> f64 {
+        let heading = self.physics.robot(robot).heading_rad.to_degrees();
+        let attacked = if self.attacks[robot] > 0.0 { heading } else { heading + 180.0 };
         let turned = libm::fmod(attacked, 360.0);
-        if turned > 180.0 { turned - 360.0 } else { turned }
+        if turned > 180.0 {
+            turned - 360.0
+        } else if turned < -180.0 {
+            turned + 360.0
+        } else {
+            turned
+        }
+    }
+
+    /// What moves.
+    pub fn physics(&self) -> &Physics {
+        &self.physics
+    }
+
+    /// What a robot's base gets from its surroundings: readings of the infrared sensors.
+    pub fn infrared(&mut self, robot: usize) -> [u16; proximity::SENSORS] {
+        let readings = self.proximity_mm(robot).map(proximity::reading);
+        self.physics.drive_mut(robot).infrared(readings)
+    }
+
+    /// What a robot without firmware may know.
+    pub fn drive_opponent(
+        &self,
+        opponent: &mut opponents::Opponent,
+        robot: usize,
+    ) -> [f64; 2] {
+        let scene = self.scene(&self.now(0), robot);
+        opponent.step(&opponents::Surroundings {
+            pose: self.physics.robot(robot),
+            ball_mm: self.physics.ball_mm(),
+            attacks: self.attacks[robot],
+            scene: &scene,
+        })
     }
 
     /// Where a robot is.
@@ -182,7 +238,12 @@ impl World {
     /// The match in one picture: both eyes of `robot` when the frames were exposed that `report` tells
     /// about (kept, or one of the last few; the latest that [`World::render`] drew, if none of them
     /// fits), with its findings drawn in, and the pitch with the tracks.
-    pub fn picture(&self, robot: usize, report: Option<&Report>) -> RgbImage {
+    pub fn picture(
+        &self,
+        robot: usize,
+        report: Option<&Report>,
+        goals: [u32; 2],
+    ) -> RgbImage {
         let time = report.map(|report| report.exposure_time);
         let kept = self.kept[robot].filter(|(kept, _)| Some(*kept) == time);
         let scene = kept.map_or_else(|| self.seen_scene(robot, time), |(_, moment)| moment);
@@ -190,7 +251,7 @@ impl World {
             eyes: [Eye::Left, Eye::Right].map(|eye| self.eye_picture(&scene, robot, eye)),
             report,
             tracks: &self.tracks_until_now(),
-            goals: self.goals,
+            goals,
             seconds: f64::from(self.ticks) * TICK as f64 / SECOND as f64,
             seed: self.setup.seed,
             robot,

@@ -1,30 +1,28 @@
 //! Bodies that move: two robots and a ball, seen from above, 1 ms at a time.
 //!
 //! rapier2d finds contacts and solves them. What it does not know is added here each step: wheels,
-//! which pull no harder than they grip, and the ball's rolling loss. Inside, SI units.
+//! which pull no harder than they grip, and the ball's spin about its level axes: a ball that is pushed
+//! slides until the floor has made it roll, it loses speed while it rolls, and it keeps its spin when
+//! it bounces, but for what the wall's friction takes. Inside, SI units.
+//!
+//! What is not modelled: a ball never leaves the floor, a robot never tips.
 
 use rapier2d::prelude::*;
 
-use crate::pitch::{
-    BALL_MASS_KG, BALL_RADIUS_MM, ROBOT_MASS_KG, ROBOT_RADIUS_MM, WHEEL_BASE_MM, outline_mm,
-};
+use crate::materials::Materials;
+use crate::noise::{Drive, Floor, Noise};
+use crate::pitch::{BALL_RADIUS_MM, ROBOT_RADIUS_MM, WHEEL_BASE_MM, outline_mm};
 
 /// A step, in seconds.
 const STEP_S: f32 = 0.001;
 const GRAVITY: f32 = 9.81;
-/// Rubber tyres on smooth wood: coefficient of friction (assumption, 0.5 to 0.9 in tables).
-const TYRE_GRIP: f32 = 0.6;
-/// A tennis ball's rolling resistance on a hard floor, as part of its weight (assumption: 0.01 to 0.02;
-/// felt on wood lies at the upper end).
-const ROLLING_LOSS: f32 = 0.015;
-/// Restitution: ITF's rebound test (254 cm to about 140 cm on concrete) gives 0.74 for a hard floor;
-/// wood and a robot's plastic give less (assumption).
-const WALL_RESTITUTION: f32 = 0.6;
-const ROBOT_RESTITUTION: f32 = 0.3;
-/// Sliding friction of the felt on a wall or a robot (assumption).
-const FELT_FRICTION: f32 = 0.2;
-/// A tennis ball is a hollow sphere: rolling adds 2/3 of its mass to what a push feels.
-const ROLLING_INERTIA: f64 = 5.0 / 3.0;
+/// A hollow sphere's moment of inertia is 2/3 m r^2: a force at its surface changes the speed of that
+/// so many times as much as the speed of its middle.
+const SPIN_PER_PUSH: f32 = 1.5;
+/// What a robot's wheels feel of a push follows it with this time constant: tyres and gears give way.
+const PUSH_LAG_S: f64 = 0.02;
+/// Ball and robot touch if no more than this is between them.
+const TOUCH_MM: f64 = 1.0;
 
 /// Where a robot is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -37,11 +35,26 @@ pub struct Pose {
     pub heading_rad: f64,
 }
 
+/// What moves, beside the bodies' own state.
+#[derive(Clone)]
+struct Extras {
+    materials: Materials,
+    drives: [Drive; 2],
+    floor: Floor,
+    /// Velocity of the ball's surface about its middle, at the bottom backwards: that of the middle
+    /// when it rolls.
+    spin: Vector,
+    /// Force that each robot's left and right wheel feel from what the robot pushes, N; positive =
+    /// backwards.
+    push_n: [[f64; 2]; 2],
+}
+
 /// Two robots and a ball.
 pub struct Physics {
     world: PhysicsWorld,
     robots: [RigidBodyHandle; 2],
     ball: RigidBodyHandle,
+    extras: Extras,
 }
 
 impl Clone for Physics {
@@ -60,7 +73,7 @@ impl Clone for Physics {
             soft_bodies: self.world.soft_bodies.clone(),
             ..PhysicsWorld::default()
         };
-        Self { world, robots: self.robots, ball: self.ball }
+        Self { world, robots: self.robots, ball: self.ball, extras: self.extras.clone() }
     }
 }
 
@@ -73,25 +86,169 @@ fn point(x_mm: f64, y_mm: f64) -> Vector {
 }
 
 impl Physics {
-    /// Everything at rest.
-    pub fn new(robots: [Pose; 2], ball_mm: [f64; 2]) -> Self {
+    /// Everything at rest, in the match of that seed.
+    pub fn new(
+        robots: [Pose; 2],
+        ball_mm: [f64; 2],
+        materials: Materials,
+        noise: Noise,
+        seed: u64,
+    ) -> Self {
         let mut world = PhysicsWorld::new();
         world.gravity = Vector::ZERO;
         world.integration_parameters.dt = STEP_S;
         world.integration_parameters.length_unit = 0.05;
-        add_walls(&mut world);
-        let robots = robots.map(|pose| add_robot(&mut world, pose));
-        let ball = add_ball(&mut world, ball_mm);
-        Self { world, robots, ball }
+        add_walls(&mut world, &materials);
+        let robots = robots.map(|pose| add_robot(&mut world, pose, &materials));
+        let ball = add_ball(&mut world, ball_mm, &materials);
+        let extras = Extras {
+            materials,
+            drives: [0, 1].map(|robot| Drive::new(noise, seed, robot)),
+            floor: Floor::new(noise, seed),
+            spin: Vector::ZERO,
+            push_n: [[0.0; 2]; 2],
+        };
+        Self { world, robots, ball, extras }
+    }
+
+    /// Lift everything and put it down here, at rest.
+    pub fn place(&mut self, robots: [Pose; 2], ball_mm: [f64; 2]) {
+        for (robot, pose) in self.robots.into_iter().zip(robots) {
+            put(&mut self.world.bodies[robot], pose);
+        }
+        self.extras.push_n = [[0.0; 2]; 2];
+        self.place_ball(ball_mm);
+    }
+
+    /// Lift the ball and put it down here, at rest.
+    pub fn place_ball(&mut self, ball_mm: [f64; 2]) {
+        let [x_mm, y_mm] = ball_mm;
+        put(&mut self.world.bodies[self.ball], Pose { x_mm, y_mm, heading_rad: 0.0 });
+        self.extras.spin = Vector::ZERO;
     }
 
     /// One millisecond, with these speeds of left and right wheel in mm/s for both robots.
     pub fn step(&mut self, wheels_mm_s: [[f64; 2]; 2]) {
-        for (robot, wheels) in self.robots.into_iter().zip(wheels_mm_s) {
-            drive(&mut self.world.bodies[robot], wheels);
+        let mut wanted = [(Vector::ZERO, 0.0); 2];
+        for (index, rim) in wheels_mm_s.into_iter().enumerate() {
+            let body = &mut self.world.bodies[self.robots[index]];
+            let way = &mut self.extras.drives[index];
+            let wheels = way.over_floor(rim);
+            drive(body, wheels, way, &self.extras.materials);
+            wanted[index] = (body.linvel(), body.angvel());
         }
-        roll(&mut self.world.bodies[self.ball]);
+        self.roll();
+        let before = self.world.bodies[self.ball].linvel();
         self.world.step();
+        self.rub(before);
+        for (index, (velocity, turn)) in wanted.into_iter().enumerate() {
+            self.feel(index, velocity, turn);
+        }
+    }
+
+    /// The floor's part in the ball's motion: what slides is made to roll, what rolls loses speed.
+    fn roll(&mut self) {
+        let Extras { materials, floor, spin, .. } = &mut self.extras;
+        let body = &mut self.world.bodies[self.ball];
+        let mut velocity = body.linvel();
+        let slip = velocity - *spin;
+        // The share of the slip that is gone goes to the middle and, 1.5 times as much, to the spin.
+        let grip = materials.floor_friction as f32 * GRAVITY * STEP_S * (1.0 + SPIN_PER_PUSH);
+        let rubbed = if slip.length() > grip { slip * (grip / slip.length()) } else { slip };
+        velocity -= rubbed / (1.0 + SPIN_PER_PUSH);
+        *spin += rubbed * (SPIN_PER_PUSH / (1.0 + SPIN_PER_PUSH));
+
+        let fall = Vector::new(floor.slope[0] as f32, floor.slope[1] as f32) * GRAVITY * STEP_S;
+        let loss = materials.rolling_loss as f32 * GRAVITY * STEP_S;
+        let speed = velocity.length();
+        if speed <= loss && fall.length() < loss {
+            velocity = Vector::ZERO;
+            *spin = Vector::ZERO;
+        } else {
+            let kept = ((speed - loss) / speed.max(loss)).max(0.0);
+            let angle = floor.wander(f64::from(speed * STEP_S));
+            let (sin, cos) = libm::sincos(angle);
+            let turned = |v: Vector| {
+                let (sin, cos) = (sin as f32, cos as f32);
+                Vector::new(v.x * cos - v.y * sin, v.x * sin + v.y * cos)
+            };
+            // Slope and loss act on a rolling ball as a whole.
+            velocity = turned(velocity) * kept + fall * 0.6;
+            *spin = turned(*spin) * kept + fall * 0.6;
+        }
+        body.set_linvel(velocity, true);
+        // About its upright axis it turns on its felt.
+        body.set_angvel(body.angvel() * 0.99, true);
+    }
+
+    /// What a wall or a robot that has just changed the ball's velocity does to its spin.
+    fn rub(&mut self, before: Vector) {
+        let change = self.world.bodies[self.ball].linvel() - before;
+        let strength = change.length();
+        if strength < 1e-6 {
+            return;
+        }
+        let normal = change / strength;
+        let upright = self.extras.spin.dot(normal);
+        let most = SPIN_PER_PUSH * self.extras.materials.felt_friction as f32 * strength;
+        self.extras.spin -= normal * upright.clamp(-most, most);
+    }
+
+    /// What a robot's wheels feel of a contact that has just changed its motion.
+    fn feel(&mut self, index: usize, wanted: Vector, wanted_turn: f32) {
+        let body = &self.world.bodies[self.robots[index]];
+        let forward = *body.rotation() * Vector::new(1.0, 0.0);
+        let mass = self.extras.materials.robot_mass_kg;
+        let radius = ROBOT_RADIUS_MM / 1000.0;
+        let per_step = f64::from(1.0 / STEP_S);
+        let force = f64::from((wanted - body.linvel()).dot(forward)) * mass * per_step;
+        let inertia = mass * radius * radius / 2.0;
+        let torque = f64::from(wanted_turn - body.angvel()) * inertia * per_step;
+        let sideways = torque / (WHEEL_BASE_MM / 1000.0);
+        let share = f64::from(STEP_S) / PUSH_LAG_S;
+        let felt = [force / 2.0 - sideways, force / 2.0 + sideways];
+        for (push, felt) in self.extras.push_n[index].iter_mut().zip(felt) {
+            *push += (felt - *push) * share;
+        }
+    }
+
+    /// Force in N that resists each wheel's motion now, rims turning at these speeds: drag of the gear,
+    /// and what the robot pushes.
+    pub fn wheel_loads_n(&self, index: usize, rim_mm_s: [f64; 2]) -> [f64; 2] {
+        let drag = self.extras.drives[index].drag_n;
+        let push = self.extras.push_n[index];
+        core::array::from_fn(|wheel| {
+            let resists = if rim_mm_s[wheel] == 0.0 {
+                push[wheel].abs()
+            } else {
+                push[wheel] * rim_mm_s[wheel].signum()
+            };
+            drag[wheel] + resists.max(0.0)
+        })
+    }
+
+    /// What is peculiar to a robot's wheels, battery and infrared sensors.
+    pub fn drive_mut(&mut self, index: usize) -> &mut Drive {
+        &mut self.extras.drives[index]
+    }
+
+    /// Whether a robot touches the ball.
+    pub fn touches(&self, index: usize) -> bool {
+        let (robot, ball) = (self.robot(index), self.ball_mm());
+        let apart = libm::hypot(robot.x_mm - ball[0], robot.y_mm - ball[1]);
+        apart < ROBOT_RADIUS_MM + BALL_RADIUS_MM + TOUCH_MM
+    }
+
+    /// Velocity of the ball.
+    pub fn ball_mm_s(&self) -> [f64; 2] {
+        let velocity = self.world.bodies[self.ball].linvel();
+        [f64::from(velocity.x) * 1000.0, f64::from(velocity.y) * 1000.0]
+    }
+
+    /// Speed of a robot's middle in mm/s, and its turn in radians a second.
+    pub fn robot_motion(&self, index: usize) -> (f64, f64) {
+        let body = &self.world.bodies[self.robots[index]];
+        (f64::from(body.linvel().length()) * 1000.0, f64::from(body.angvel()))
     }
 
     /// Where robot 0 or 1 is.
@@ -112,41 +269,53 @@ impl Physics {
     }
 }
 
-fn add_walls(world: &mut PhysicsWorld) {
+fn add_walls(world: &mut PhysicsWorld, materials: &Materials) {
     for ends in outline_mm() {
         let [from, to] = ends.map(|[x, y]| point(x, y));
         let wall = ColliderBuilder::segment(from, to)
-            .friction(FELT_FRICTION)
-            .restitution(WALL_RESTITUTION)
+            .friction(materials.felt_friction as f32)
+            .restitution(materials.wall_restitution as f32)
             .restitution_combine_rule(CoefficientCombineRule::Min);
         world.colliders.insert(wall);
     }
 }
 
-fn add_robot(world: &mut PhysicsWorld, pose: Pose) -> RigidBodyHandle {
+fn add_robot(world: &mut PhysicsWorld, pose: Pose, materials: &Materials) -> RigidBodyHandle {
     let body = RigidBodyBuilder::dynamic()
         .translation(point(pose.x_mm, pose.y_mm))
         .rotation(pose.heading_rad as f32)
         .can_sleep(false);
     let dress = ColliderBuilder::ball(metres(ROBOT_RADIUS_MM))
-        .mass(ROBOT_MASS_KG as f32)
-        .friction(FELT_FRICTION)
-        .restitution(ROBOT_RESTITUTION)
+        .mass(materials.robot_mass_kg as f32)
+        .friction(materials.felt_friction as f32)
+        .restitution(materials.robot_restitution as f32)
         .restitution_combine_rule(CoefficientCombineRule::Min);
     world.insert(body, dress).0
 }
 
-fn add_ball(world: &mut PhysicsWorld, at_mm: [f64; 2]) -> RigidBodyHandle {
+fn add_ball(
+    world: &mut PhysicsWorld,
+    at_mm: [f64; 2],
+    materials: &Materials,
+) -> RigidBodyHandle {
     let body = RigidBodyBuilder::dynamic()
         .translation(point(at_mm[0], at_mm[1]))
         .ccd_enabled(true)
         .can_sleep(false);
     let felt = ColliderBuilder::ball(metres(BALL_RADIUS_MM))
-        .mass((BALL_MASS_KG * ROLLING_INERTIA) as f32)
-        .friction(FELT_FRICTION)
+        .mass(materials.ball_mass_kg as f32)
+        .friction(materials.felt_friction as f32)
         .restitution(1.0)
         .restitution_combine_rule(CoefficientCombineRule::Min);
     world.insert(body, felt).0
+}
+
+/// Move a body somewhere else, at rest.
+fn put(body: &mut RigidBody, pose: Pose) {
+    body.set_translation(point(pose.x_mm, pose.y_mm), true);
+    body.set_rotation(Rotation::new(pose.heading_rad as f32), true);
+    body.set_linvel(Vector::ZERO, true);
+    body.set_angvel(0.0, true);
 }
 
 /// `value` moved towards `target`, by no more than `most`.
@@ -156,9 +325,9 @@ fn approach(value: f32, target: f32, most: f32) -> f32 {
 
 /// What two wheels do to a robot: each pulls it towards its own speed, and neither slips sideways,
 /// as far as the tyres grip.
-fn drive(body: &mut RigidBody, wheels_mm_s: [f64; 2]) {
+fn drive(body: &mut RigidBody, wheels_mm_s: [f64; 2], wheels: &Drive, materials: &Materials) {
     let [left, right] = wheels_mm_s.map(metres);
-    let most = TYRE_GRIP * GRAVITY * STEP_S;
+    let most = (materials.tyre_grip * wheels.grip) as f32 * GRAVITY * STEP_S;
     let rotation = *body.rotation();
     let forward = rotation * Vector::new(1.0, 0.0);
     let sideways = rotation * Vector::new(0.0, 1.0);
@@ -171,17 +340,8 @@ fn drive(body: &mut RigidBody, wheels_mm_s: [f64; 2]) {
     let half_base = metres(WHEEL_BASE_MM) / 2.0;
     let radius = metres(ROBOT_RADIUS_MM);
     let most_turn = 2.0 * most * half_base / (radius * radius);
-    let turn = (right - left) / metres(WHEEL_BASE_MM);
+    let turn = (right - left) / metres(WHEEL_BASE_MM) * wheels.turn_scale as f32;
     body.set_angvel(approach(body.angvel(), turn, most_turn), true);
-}
-
-/// Rolling takes a constant part of the weight from the ball's motion.
-fn roll(body: &mut RigidBody) {
-    let velocity = body.linvel();
-    let speed = velocity.length();
-    let loss = ROLLING_LOSS * GRAVITY * STEP_S;
-    let kept = if speed > loss { (speed - loss) / speed } else { 0.0 };
-    body.set_linvel(velocity * kept, true);
 }
 
 #[cfg(test)]

@@ -223,6 +223,37 @@ pub fn render(camera: &Camera, scene: &Scene, frame: &mut Frame) {
     }
 }
 
+/// What a line camera of so many cells sees of `scene` over `view_rad`, from left to right: its row is
+/// the middle of `camera`'s picture. A cell is the mean of four points.
+pub fn line(camera: &Camera, scene: &Scene, cells: usize, view_rad: f64) -> Vec<Rgb> {
+    const PER_CELL: usize = 4;
+    let view = View::new(camera, scene);
+    let row = (HEIGHT - 1) as f32 / 2.0;
+    let column = |point: usize| {
+        let part = (point as f64 + 0.5) / (PER_CELL * cells) as f64 - 0.5;
+        ((WIDTH - 1) as f64 / 2.0 + FOCAL_PX * libm::tan(part * view_rad)) as f32
+    };
+    let colours: Vec<Rgb> = (0..PER_CELL * cells)
+        .step_by(POINTS)
+        .flat_map(|first| {
+            let points = Points {
+                x: core::array::from_fn(|i| column(first + i)),
+                y: [row; POINTS],
+            };
+            let objects = view.objects_at(&points, [view.ball.is_some(), view.dress.is_some()]);
+            core::array::from_fn::<Rgb, POINTS, _>(|i| {
+                let point = points.at(i);
+                let surface = objects[i].unwrap_or_else(|| view.pitch_at(point).0);
+                view.shade(surface, point)
+            })
+        })
+        .collect();
+    let mean = |points: &[Rgb]| {
+        [0, 1, 2].map(|c| points.iter().map(|colour| colour[c]).sum::<f32>() / PER_CELL as f32)
+    };
+    colours[..PER_CELL * cells].chunks_exact(PER_CELL).map(mean).collect()
+}
+
 /// Pixels with a neighbour that shows another surface.
 fn borders(keys: &[u8]) -> Vec<usize> {
     let mut marked = vec![false; keys.len()];

@@ -1,84 +1,25 @@
 //! What the cameras make of the light: noise, unequal eyes, white balance, vignetting, blur, rows that
 //! do not match.
 //!
-//! Two qualities beside the perfect one, after the tiers of host-tests/data/scenes: those scenes state
-//! what their renderer's sensor did, and the ranges here enclose what they state. No camera of a real
-//! robot has been measured. What both eyes of a robot are like is drawn once, when they are made;
-//! the noise is drawn for each pixel of each frame.
+//! How bad they are is drawn once, when they are made, from the ranges in [`crate::noise`]; flicker is
+//! drawn for each frame, noise for each pixel of it.
 
 use rand_core::Rng;
 use rand_pcg::Pcg64Mcg;
 use sim::device_rng;
 
 use crate::camera::{Eye, HEIGHT, WIDTH};
+use crate::noise::{Noise, around, between, normal};
 use crate::render::Frame;
-
-/// How bad the cameras are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Noise {
-    /// Perfect.
-    #[default]
-    None,
-    /// As cameras are: noise of 2 to 3 of 255, eyes that differ by up to 4 % in gain, white balance
-    /// that is off, vignetting, a slight blur.
-    Measured,
-    /// A bad day: noise of 5 to 6, half the light, that warm and uneven, eyes that differ by up to 10 %
-    /// and by up to 1.5 rows.
-    Harsh,
-}
-
-/// Ranges from which a pair of eyes is drawn.
-struct Ranges {
-    /// Deviation of the noise, of 255.
-    noise: [f64; 2],
-    exposure: [f64; 2],
-    /// Each eye's gain is off by up to so much, one up and the other down.
-    unequal: f64,
-    /// Red's and blue's gain are off by up to so much in both eyes, and by `balance_apart` in each.
-    balance: f64,
-    balance_apart: f64,
-    /// Colour of the light.
-    tint: [f64; 3],
-    /// What a corner of the picture loses.
-    vignette: [f64; 2],
-    /// Deviation of the blur.
-    blur_px: [f64; 2],
-    /// The right edge of the picture gets up to so much more or less light than its middle.
-    uneven: f64,
-    /// The left eye is up to so many rows off.
-    misaligned_px: f64,
-}
-
-const MEASURED: Ranges = Ranges {
-    noise: [2.0, 3.0],
-    exposure: [0.85, 1.0],
-    unequal: 0.02,
-    balance: 0.06,
-    balance_apart: 0.01,
-    tint: [1.0, 1.0, 1.0],
-    vignette: [0.10, 0.26],
-    blur_px: [0.45, 0.75],
-    uneven: 0.0,
-    misaligned_px: 0.0,
-};
-
-const HARSH: Ranges = Ranges {
-    noise: [5.0, 6.0],
-    exposure: [0.45, 0.6],
-    unequal: 0.05,
-    balance: 0.02,
-    balance_apart: 0.015,
-    tint: [1.0, 0.92, 0.72],
-    vignette: [0.10, 0.26],
-    blur_px: [0.6, 0.85],
-    uneven: 0.15,
-    misaligned_px: 1.5,
-};
 
 /// Channels of a row.
 const ROW: usize = 3 * WIDTH;
 /// A blur reaches so many pixels to either side.
 const REACH: usize = 2;
+/// Weights of a blur that also moves by a part of a pixel.
+const KERNEL: usize = 2 * REACH + 2;
+/// Pixels that a row is continued by: the blur's reach, and the most that an eye squints.
+const MARGIN: usize = 4;
 /// Bits that choose one of the normally distributed numbers.
 const NORMAL_BITS: u32 = 12;
 
@@ -91,30 +32,21 @@ pub struct Sensors {
     light: Vec<f32>,
     /// Weights of the pixel and its neighbours to one side.
     blur: [f32; REACH + 1],
-    misaligned_px: f64,
+    /// The left eye's offset in columns and rows.
+    misaligned_px: [f64; 2],
+    flicker: f64,
+    /// Factor of this frame's light, the same in both eyes.
+    frame_light: f32,
     noise: f32,
     rng: Pcg64Mcg,
     normals: Vec<f32>,
     rows: Vec<f32>,
 }
 
-/// Uniform in low..high.
-fn between(rng: &mut Pcg64Mcg, [low, high]: [f64; 2]) -> f64 {
-    low + (high - low) * (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
-}
-
-fn around(rng: &mut Pcg64Mcg, most: f64) -> f64 {
-    between(rng, [-most, most])
-}
-
 impl Sensors {
     /// The eyes of one robot, `robot`, in the match of that seed; None for perfect ones.
     pub fn new(noise: Noise, seed: u64, robot: usize) -> Option<Self> {
-        let ranges = match noise {
-            Noise::None => return None,
-            Noise::Measured => &MEASURED,
-            Noise::Harsh => &HARSH,
-        };
+        let ranges = noise.camera()?;
         let mut rng =
             device_rng(seed, if robot == 0 { "eyes of robot 0" } else { "eyes of robot 1" });
         let exposure = between(&mut rng, ranges.exposure) * 255.0;
@@ -133,7 +65,10 @@ impl Sensors {
             gain,
             light: light(vignette, uneven),
             blur: blur(between(&mut rng, ranges.blur_px)),
-            misaligned_px: around(&mut rng, ranges.misaligned_px),
+            misaligned_px: [ranges.squint_px, ranges.misaligned_px]
+                .map(|most| around(&mut rng, most)),
+            flicker: ranges.flicker,
+            frame_light: 1.0,
             noise: between(&mut rng, ranges.noise) as f32,
             rng,
             normals: normals(),
@@ -145,11 +80,16 @@ impl Sensors {
     /// 1/255.
     pub fn expose(&mut self, eye: Eye, frame: &mut Frame) {
         let (gain, misaligned_px) = match eye {
-            Eye::Left => (self.gain[0], self.misaligned_px),
-            Eye::Right => (self.gain[1], 0.0),
+            Eye::Left => {
+                // Both eyes are exposed at once; the left one is read first.
+                self.frame_light = 1.0 + normal(&mut self.rng, self.flicker) as f32;
+                (self.gain[0], self.misaligned_px)
+            }
+            Eye::Right => (self.gain[1], [0.0; 2]),
         };
-        self.blur_along(frame);
-        self.blur_down(misaligned_px, frame);
+        let gain = gain.map(|channel| channel * self.frame_light);
+        self.blur_along(misaligned_px[0], frame);
+        self.blur_down(misaligned_px[1], frame);
         let pick = (1 << NORMAL_BITS) - 1;
         for (pixel, light) in frame.iter_mut().zip(&self.light) {
             let mut bits = self.rng.next_u64();
@@ -162,22 +102,33 @@ impl Sensors {
         }
     }
 
-    /// Blur the rows of `frame` along themselves, into `rows`.
-    fn blur_along(&mut self, frame: &Frame) {
-        self.rows.clear();
-        let mut padded = [0.0_f32; ROW + 6 * REACH];
-        for row in frame.chunks_exact(WIDTH) {
-            padded[3 * REACH..3 * REACH + ROW].copy_from_slice(row.as_flattened());
-            for i in 0..3 * REACH {
+    /// Weights of the pixels around one, from `REACH` before it to `REACH + 1` after it, blurred and
+    /// moved by a part of a pixel: blurring and moving make one kernel.
+    fn kernel(&self, part: f32) -> [f32; KERNEL] {
+        let weight = |step: usize| *self.blur.get(step.abs_diff(REACH)).unwrap_or(&0.0);
+        core::array::from_fn(|step| {
+            let before = if step == 0 { 0.0 } else { weight(step - 1) };
+            weight(step) * (1.0 - part) + before * part
+        })
+    }
+
+    /// Blur the rows of `frame` along themselves, moved right by so many pixels, into `rows`.
+    fn blur_along(&mut self, shift_px: f64, frame: &Frame) {
+        let whole = libm::floor(shift_px);
+        let kernel = self.kernel((shift_px - whole) as f32);
+        // A pixel takes from those before it if the picture moves right.
+        let first = 3 * (MARGIN as isize - REACH as isize - 1 - whole as isize) as usize;
+        self.rows.resize(frame.len() * 3, 0.0);
+        let mut padded = [0.0_f32; ROW + 6 * MARGIN];
+        for (row, out) in frame.chunks_exact(WIDTH).zip(self.rows.chunks_exact_mut(ROW)) {
+            padded[3 * MARGIN..3 * MARGIN + ROW].copy_from_slice(row.as_flattened());
+            for i in 0..3 * MARGIN {
                 padded[i] = row[0][i % 3];
-                padded[3 * REACH + ROW + i] = row[WIDTH - 1][i % 3];
+                padded[3 * MARGIN + ROW + i] = row[WIDTH - 1][i % 3];
             }
-            let start = self.rows.len();
-            self.rows.resize(start + ROW, 0.0);
-            let out = &mut self.rows[start..];
-            for step in 0..=2 * REACH {
-                let weight = self.blur[step.abs_diff(REACH)];
-                for (sum, value) in out.iter_mut().zip(&padded[3 * step..]) {
+            out.fill(0.0);
+            for (step, weight) in kernel.iter().rev().enumerate() {
+                for (sum, value) in out.iter_mut().zip(&padded[first + 3 * step..]) {
                     *sum += weight * value;
                 }
             }
@@ -187,7 +138,7 @@ impl Sensors {
     /// Blur `rows` across, moved down by so many pixels, back into `frame`.
     fn blur_down(&self, shift_px: f64, frame: &mut Frame) {
         let whole = libm::floor(shift_px);
-        let share = (shift_px - whole) as f32;
+        let kernel = self.kernel((shift_px - whole) as f32);
         let row = |y: isize| {
             let y = y.clamp(0, HEIGHT as isize - 1) as usize;
             &self.rows[y * ROW..(y + 1) * ROW]
@@ -195,11 +146,7 @@ impl Sensors {
         for (y, out) in (0..).zip(frame.chunks_exact_mut(WIDTH)) {
             let out = out.as_flattened_mut();
             out.fill(0.0);
-            // Each row comes to lie between two: blurring and moving make one kernel.
-            for step in 0..=2 * REACH + 1 {
-                let weight = |step: usize| self.blur.get(step.abs_diff(REACH)).unwrap_or(&0.0);
-                let before = if step == 0 { 0.0 } else { *weight(step - 1) };
-                let weight = weight(step) * (1.0 - share) + before * share;
+            for (step, weight) in kernel.iter().enumerate() {
                 let from = y - whole as isize + REACH as isize - step as isize;
                 for (sum, value) in out.iter_mut().zip(row(from)) {
                     *sum += weight * value;
@@ -307,10 +254,36 @@ mod tests {
             };
             let (left, right) = (edge(Eye::Left, &mut eyes), edge(Eye::Right, &mut eyes));
             assert!((right - 120.0).abs() < 0.1, "seed {seed}: {right}");
-            assert!((left - right - eyes.misaligned_px).abs() < 0.1, "seed {seed}: {left} {right}");
+            assert!((left - right - eyes.misaligned_px[1]).abs() < 0.1, "seed {seed}: {left} {right}");
             found = found.max((left - right).abs());
         }
         assert!((0.7..1.6).contains(&found), "{found}");
+    }
+
+    #[test]
+    fn only_the_left_eye_squints() {
+        let mut found = 0.0_f64;
+        for seed in 0..12 {
+            let mut eyes = Sensors::new(Noise::Harsh, seed, 0).expect("not perfect");
+            let edge = |eye: Eye, eyes: &mut Sensors| {
+                let mut frame = flat(1.0);
+                for row in frame.chunks_exact_mut(WIDTH) {
+                    row[..160].fill([0.3; 3]);
+                }
+                eyes.expose(eye, &mut frame);
+                let mean = |columns: core::ops::Range<usize>| {
+                    let places = columns.flat_map(|x| (60..180).map(move |y| y * WIDTH + x));
+                    moments(places.map(|i| f64::from(frame[i][1]))).0
+                };
+                let (dark, bright) = (mean(148..154), mean(166..172));
+                172.0 - 24.0 * (mean(148..172) - dark) / (bright - dark)
+            };
+            let (left, right) = (edge(Eye::Left, &mut eyes), edge(Eye::Right, &mut eyes));
+            assert!((right - 160.0).abs() < 0.1, "seed {seed}: {right}");
+            assert!((left - right - eyes.misaligned_px[0]).abs() < 0.1, "seed {seed}: {left} {right}");
+            found = found.max((left - right).abs());
+        }
+        assert!((0.2..0.5).contains(&found), "{found}");
     }
 
     #[test]
