@@ -10,20 +10,21 @@ use clap::{ArgAction, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::json;
 use sim::{MS, Ps, SECOND};
-use twin::game::{Fpga, Game, Setup, Summary};
+use twin::game::{Event, Format, Fpga, Game, Materials, Other, Setup, Summary};
 use twin::robot::Images;
 use virtex::bitstream;
 use virtex::design::Function;
 use virtex::store;
+use world::opponents::Kind;
 
-use crate::output::{read_file, write_picture};
+use crate::output::{Usage, read_file, write_picture};
 
 /// A match on the twin: the firmware images just built, an emulated robot, a simulated pitch
 ///
-/// The seed draws where ball and robots stand and how our robot is turned. The referee types its
-/// heading on the robot's serial console, as a handler would, and from then on it plays alone. The
-/// match ends with the first goal, or when the time is over. Without --headless a bar shows how it
-/// stands, and a picture of it is written.
+/// The seed draws where ball and robots stand and how they are turned. A handler types a robot's
+/// heading on its serial console, and from then on it plays alone; after a goal it is stopped, put
+/// to a new place and started again. Without --headless a bar shows how it stands, and a picture of
+/// it is written.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Exit code 0 if the match was played, goal or not.
@@ -31,13 +32,16 @@ Exit code 0 if the match was played, goal or not.
 Examples:
   sot play                                   a match, a bar, a picture
   sot play --headless --seed 7 --json        for scripts; the last line is one JSON object
+  sot play --opponent chaser --noise measured   somebody who runs for the ball; cameras as they are
+  sot play --opponent self --format league --seconds 600   our robot against itself, a whole match
+  sot play --opponent self --opponent-image other.elf      ... against another strategy
   sot play --eyes black                      what it is worth without eyes
   sot play --flash flash.img                 with a flash image from `sot bitstream pack`")]
 pub struct Args {
     /// Which match: the same seed gives the same match on any machine
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Simulated seconds after which the match ends
+    /// Simulated seconds of the match, from switching the robots on
     #[arg(long, default_value_t = 60.0, value_parser = parse_seconds)]
     seconds: f64,
     /// No bar, and no picture unless --picture asks for it
@@ -46,7 +50,13 @@ pub struct Args {
     /// The other robot
     #[arg(long, value_enum, default_value_t = Opponent::Idle)]
     opponent: Opponent,
-    /// How far the cameras are from perfect
+    /// What ends the match [default: the first goal against `idle`, else the time]
+    #[arg(long, value_enum)]
+    end: Option<End>,
+    /// How the time is divided
+    #[arg(long, value_enum, default_value_t = FormatName::Single)]
+    format: FormatName,
+    /// How far cameras, wheels and floor are from perfect
     #[arg(long, value_enum, default_value_t = Noise::None)]
     noise: Noise,
     /// The turret's flash image [default: one with the soccer bitstream in slot 0]
@@ -64,9 +74,21 @@ pub struct Args {
     /// The turret's program [default: the one just built]
     #[arg(long, value_name = "FILE.ihx")]
     fx2_image: Option<PathBuf>,
-    /// The base's program, ELF or S37 [default: the one just built]
-    #[arg(long, value_name = "FILE")]
+    /// The base's program - the strategy -, ELF or S37 [default: the one just built]
+    #[arg(long, visible_alias = "image", value_name = "FILE")]
     khepera_image: Option<PathBuf>,
+    /// With --opponent self: its base's program [default: the same as ours]
+    #[arg(long, visible_alias = "opponent-image", value_name = "FILE")]
+    opponent_khepera_image: Option<PathBuf>,
+    /// With --opponent self: its turret's program [default: the same as ours]
+    #[arg(long, value_name = "FILE.ihx")]
+    opponent_fx2_image: Option<PathBuf>,
+    /// With --opponent self: its turret's flash image [default: the same as ours]
+    #[arg(long, value_name = "FILE")]
+    opponent_flash: Option<PathBuf>,
+    /// Change a property of the physics by a factor, as rolling-loss=1.3; may be repeated
+    #[arg(long, value_name = "NAME=FACTOR", value_parser = parse_vary)]
+    vary: Vec<(String, f64)>,
     /// Print what is said on the serial line, to standard error
     #[arg(long)]
     serial: bool,
@@ -76,20 +98,48 @@ pub struct Args {
 }
 
 /// Who plays on the other side.
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Opponent {
     /// Stands where the seed puts it
     Idle,
+    /// Defends its goal line
+    Wall,
+    /// Runs for the ball
+    Chaser,
+    /// Runs for the ball that 64 grey pixels in a line show it: the league's old camera
+    Linear,
+    /// A second emulated robot with the same firmware, or with --opponent-image another
+    #[value(name = "self")]
+    Itself,
+}
+
+/// What ends a match.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum End {
+    /// The first goal, or the time
+    Goal,
+    /// The time
+    Time,
+}
+
+/// How the time of a match is divided.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum FormatName {
+    /// One period of --seconds
+    Single,
+    /// Two halves with a change of ends, together --seconds; after a draw extra time of 3/10 of that,
+    /// then sudden death as long at most
+    League,
 }
 
 /// Noise levels.
 #[derive(Clone, Copy, ValueEnum)]
 enum Noise {
-    /// Perfect cameras and motors
+    /// Perfect cameras, wheels and floor
     None,
-    /// Cameras with noise, blur, vignetting and slightly unequal eyes; perfect motors
+    /// Pixel noise, blur, vignetting, eyes and wheels slightly unequal
     Measured,
-    /// Half the light, twice the noise, eyes that differ in gain and rows; perfect motors
+    /// Half the light, twice the noise, eyes and wheels that differ, a sloping floor
     Harsh,
 }
 
@@ -121,11 +171,38 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Run the verb.
-pub fn run(args: &Args) -> Result<()> {
-    let setup = Setup {
+fn parse_vary(text: &str) -> Result<(String, f64), String> {
+    let wrong = || "write NAME=FACTOR, the factor between 0.1 and 10".to_owned();
+    let (name, factor) = text.split_once('=').ok_or_else(wrong)?;
+    let factor: f64 = factor.parse().map_err(|_| wrong())?;
+    if !(0.1..=10.0).contains(&factor) {
+        return Err(wrong());
+    }
+    // An unknown name is told here, before anything is loaded.
+    Materials::default().vary(name, factor).map_err(|unknown| unknown.to_string())?;
+    Ok((name.to_owned(), factor))
+}
+
+/// The match that the arguments ask for.
+fn setup(args: &Args) -> Result<Setup> {
+    let images = load_images(args)?;
+    let mut materials = Materials::default();
+    for (name, factor) in &args.vary {
+        materials.vary(name, *factor)?;
+    }
+    let length = (args.seconds * SECOND as f64) as Ps;
+    let format = match args.format {
+        FormatName::Single => Format::single(length),
+        FormatName::League => Format::league(length),
+    };
+    let first_goal_ends = match args.end {
+        Some(end) => end == End::Goal,
+        None => args.opponent == Opponent::Idle && args.format == FormatName::Single,
+    };
+    Ok(Setup {
         seed: args.seed,
-        images: load_images(args)?,
+        other: other(args, &images)?,
+        images,
         eyes: match args.eyes {
             Eyes::Open => twin::game::Eyes::Open,
             Eyes::Black => twin::game::Eyes::Black,
@@ -139,9 +216,46 @@ pub fn run(args: &Args) -> Result<()> {
             Noise::Measured => twin::game::Noise::Measured,
             Noise::Harsh => twin::game::Noise::Harsh,
         },
-        end: (args.seconds * SECOND as f64) as Ps,
+        materials,
+        format: Format { first_goal_ends, ..format },
+    })
+}
+
+/// The other side.
+fn other(args: &Args, ours: &Images) -> Result<Other> {
+    let kind = match args.opponent {
+        Opponent::Idle => Kind::Idle,
+        Opponent::Wall => Kind::Wall,
+        Opponent::Chaser => Kind::Chaser,
+        Opponent::Linear => Kind::Linear,
+        Opponent::Itself => {
+            let mut images = ours.clone();
+            for (given, bytes) in [
+                (&args.opponent_khepera_image, &mut images.khepera),
+                (&args.opponent_fx2_image, &mut images.fx2),
+                (&args.opponent_flash, &mut images.flash),
+            ] {
+                if let Some(path) = given {
+                    *bytes = read_file(path)?;
+                }
+            }
+            return Ok(Other::Firmware(Box::new(images)));
+        }
     };
-    let mut game = Game::new(setup)?;
+    let has_image = args.opponent_khepera_image.is_some()
+        || args.opponent_fx2_image.is_some()
+        || args.opponent_flash.is_some();
+    if has_image {
+        let cause =
+            "an image for the opponent needs an opponent with firmware: add --opponent self";
+        return Err(Usage(cause.to_owned()).into());
+    }
+    Ok(Other::Program(kind))
+}
+
+/// Run the verb.
+pub fn run(args: &Args) -> Result<()> {
+    let mut game = Game::new(setup(args)?)?;
 
     let started = Instant::now();
     watch(&mut game, args);
@@ -208,6 +322,8 @@ fn as_json(seed: u64, summary: &Summary, factor: f64) -> serde_json::Value {
         "trace_hash": format!("{:016x}", summary.trace_hash),
         "frames": summary.frames,
         "reports": summary.reports,
+        "own_goals": summary.own_goals,
+        "events": summary.events.iter().map(event_as_json).collect::<Vec<_>>(),
         "cpu_load": summary.cpu_load,
         "fpga": {
             "configured": summary.fpga.configured,
@@ -220,15 +336,38 @@ fn as_json(seed: u64, summary: &Summary, factor: f64) -> serde_json::Value {
     })
 }
 
+fn event_as_json(event: &Event) -> serde_json::Value {
+    json!({
+        "seconds": event.time as f64 / SECOND as f64,
+        "event": event.name(),
+        "robot": event.robot(),
+        "period": event.period(),
+    })
+}
+
+/// What the referee called, a line each.
+fn print_events(events: &[Event]) {
+    for event in events {
+        let who = match event.robot() {
+            Some(0) => " for us",
+            Some(_) => " for the opponent",
+            None => "",
+        };
+        let period = event.period().map_or(String::new(), |period| format!(", {period}"));
+        let seconds = event.time as f64 / SECOND as f64;
+        println!("{seconds:7.2} s {}{who}{period}", event.name());
+    }
+}
+
 fn print_summary(args: &Args, summary: &Summary, factor: f64) {
     let seconds = summary.time as f64 / SECOND as f64;
     let verdict = match (summary.goals_for, summary.goals_against) {
         (0, 0) => "no goal".to_owned(),
-        (1, 0) => format!("GOAL after {seconds:.1} s"),
-        (0, 1) => format!("own goal after {seconds:.1} s"),
+        (1, 0) => "GOAL, 1 : 0".to_owned(),
         (ours, theirs) => format!("{ours} : {theirs}"),
     };
-    println!("match {}   {verdict}", args.seed);
+    print_events(&summary.events);
+    println!("match {}   {verdict}, {seconds:.1} s", args.seed);
     println!("FPGA      {}", fpga_in_words(&summary.fpga));
     println!(
         "eyes      {} frame pairs, {} reports taken by the base; ball in {}, goal in {}, opponent in {}",

@@ -1,60 +1,106 @@
-//! A match: one robot, the world it plays in, and the referee who starts it.
+//! A match: two players, the world they play in, and the rules they play by.
 //!
 //! The loop runs from event to event: physics every millisecond, an exposure, the end of a frame's
-//! read-out. Between two events both CPUs run, in slices, each no further ahead of the other than
-//! [`crate::robot::Robot`] allows.
+//! read-out. Between two events the players run one after the other: they meet in the world only. Within
+//! a robot both CPUs run in slices, each no further ahead of the other than [`crate::robot::Robot`]
+//! allows.
 
-use common_sys::constants as c;
-use common_sys::link::{Report, report_decode};
-use fx2::host::Link;
 use image::RgbImage;
 use sim::{MS, Ps, TraceHash};
+use world::opponents::{Kind, Opponent};
+use world::referee::{Call, Period, Referee, Rules, Situation};
 use world::{Setup as WorldSetup, World};
 
+pub use world::materials::Materials;
+pub use world::referee::Format;
 pub use world::{BallColour, Eyes, Noise};
 
-use crate::cameras::Cameras;
-use crate::robot::{Error, Images, Robot};
+pub use crate::player::Fpga;
+use crate::player::{FirmwarePlayer, Player};
+use crate::robot::{Error, Images};
 
 /// Physics advances so far at a time.
 const TICK: Ps = world::TICK;
-/// From switching the robot on to the starting signal: the FPGA is up by then.
+/// From switching the robots on to the starting signal: their FPGAs are up by then.
 const KICK_OFF: Ps = 250 * MS;
-/// Which of the world's robots is ours.
+/// Which of the world's robots is ours, and which the other.
 const OURS: usize = 0;
+const OTHER: usize = 1;
+/// The other robot's cameras expose so much later: nothing keeps both in step (assumption).
+const OTHER_EYES_LATER: Ps = 7 * MS;
+
+/// Who plays on the other side.
+#[derive(Clone)]
+pub enum Other {
+    /// A program that drives wheels.
+    Program(Kind),
+    /// A robot with these images.
+    Firmware(Box<Images>),
+}
 
 /// What a match is made of.
 #[derive(Clone)]
 pub struct Setup {
-    /// Draws where everything stands.
+    /// Draws where everything stands, and what robots, eyes and floor are like.
     pub seed: u64,
     /// Firmware and flash.
     pub images: Images,
+    /// The other side.
+    pub other: Other,
     /// What the cameras deliver.
     pub eyes: Eyes,
     /// Colour of the ball.
     pub ball: BallColour,
-    /// How bad the cameras are.
+    /// How bad cameras, wheels and floor are.
     pub noise: Noise,
-    /// When the match is over, goal or not.
-    pub end: Ps,
+    /// Friction, losses, masses.
+    pub materials: Materials,
+    /// How long is played.
+    pub format: Format,
 }
 
-/// How the FPGA's configuration went, as the robot's own firmware tells it over USB.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Fpga {
-    /// DONE is high.
-    pub configured: bool,
-    /// What the design does.
-    pub function: Option<&'static str>,
-    /// The slot it came from.
-    pub slot: Option<u8>,
-    /// Bytes that went into the FPGA.
-    pub bytes: u32,
-    /// From the 8051's start to the result.
-    pub time_us: Option<u32>,
-    /// Why it is not configured.
-    pub why: Option<String>,
+/// What the referee called, and when.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Event {
+    /// Since power-on.
+    pub time: Ps,
+    /// What.
+    pub call: Call,
+}
+
+impl Event {
+    /// One word for it.
+    pub fn name(&self) -> &'static str {
+        match self.call {
+            Call::KickOff { .. } => "kick-off",
+            Call::Goal { own_goal: true, .. } => "own goal",
+            Call::Goal { .. } => "goal",
+            Call::FreeBall(_) => "free ball",
+            Call::Whistle => "end of period",
+            Call::End => "end",
+        }
+    }
+
+    /// Who gets the goal.
+    pub fn robot(&self) -> Option<usize> {
+        match self.call {
+            Call::Goal { robot, .. } => Some(robot),
+            _ => None,
+        }
+    }
+
+    /// Which part of the match begins.
+    pub fn period(&self) -> Option<&'static str> {
+        match self.call {
+            Call::KickOff { period, .. } => Some(match period {
+                Period::Half(0) => "first half",
+                Period::Half(_) => "second half",
+                Period::ExtraTime => "extra time",
+                Period::SuddenDeath => "sudden death",
+            }),
+            _ => None,
+        }
+    }
 }
 
 /// What a match came to.
@@ -64,6 +110,8 @@ pub struct Summary {
     pub goals_for: u32,
     /// Balls in ours.
     pub goals_against: u32,
+    /// Of those, the ones that our robot touched last.
+    pub own_goals: u32,
     /// Simulated time from power-on to the end.
     pub time: Ps,
     /// Two runs with the same hash did the same.
@@ -82,73 +130,81 @@ pub struct Summary {
     pub cpu_load: f64,
     /// The FPGA.
     pub fpga: Fpga,
+    /// What the referee called.
+    pub events: Vec<Event>,
 }
 
-/// What is counted while it is played.
-#[derive(Clone, Copy, Default)]
-struct Counts {
-    frames: u32,
-    reports: u32,
-    saw_ball: u32,
-    saw_goal: u32,
-    saw_opponent: u32,
+/// The other side.
+enum OtherPlayer {
+    Program(Box<Opponent>),
+    Firmware(Box<FirmwarePlayer>),
 }
 
-/// A match, from switching the robot on to its end.
+impl OtherPlayer {
+    fn player(&mut self) -> &mut dyn Player {
+        match self {
+            Self::Program(opponent) => &mut **opponent,
+            Self::Firmware(robot) => &mut **robot,
+        }
+    }
+}
+
+/// A match, from switching the robots on to its end.
 pub struct Game {
-    robot: Robot,
+    ours: FirmwarePlayer,
+    other: OtherPlayer,
+    rules: Box<dyn Rules + Send>,
     world: World,
-    cameras: Cameras,
+    now: Ps,
     next_tick: Ps,
-    kicked_off: bool,
-    load_at_kick_off: khepera::Load,
     end: Ps,
-    fpga: Fpga,
-    counts: Counts,
-    telling: Option<Report>,
+    events: Vec<Event>,
     hash: TraceHash,
-    line: String,
-    lines: Vec<String>,
 }
 
 impl Game {
-    /// Build the robot, switch it on, and let the host at its USB socket ask how the FPGA is.
+    /// A match by the league's rules. Builds the robots, switches them on, and lets the host at their
+    /// USB sockets ask how their FPGAs are.
     ///
     /// # Errors
     /// If an image is unusable. An FPGA that does not come up is no error: the match is played.
     pub fn new(setup: Setup) -> Result<Self, Error> {
-        let mut robot = Robot::new(&setup.images)?;
-        let fpga = fpga_of(&mut robot);
-        let start = robot.now().max(KICK_OFF).next_multiple_of(TICK);
-        let world = World::new(&WorldSetup {
+        let mut world = World::new(&WorldSetup {
             seed: setup.seed,
             eyes: setup.eyes,
             ball: setup.ball,
             noise: setup.noise,
+            materials: setup.materials,
         });
-        let cameras = Cameras::new(start);
-        let mut hash = TraceHash::default();
-        hash.update(format!("{fpga:?}").as_bytes());
+        let mut ours = FirmwarePlayer::new(&setup.images, world.battery(OURS))?;
+        let mut other = match setup.other {
+            Other::Program(kind) => OtherPlayer::Program(Box::new(Opponent::new(kind, setup.seed))),
+            Other::Firmware(images) => {
+                OtherPlayer::Firmware(Box::new(FirmwarePlayer::new(&images, world.battery(OTHER))?))
+            }
+        };
+        let other_now = other.player().now().unwrap_or(0);
+        let start = ours.robot().now().max(other_now).max(KICK_OFF).next_multiple_of(TICK);
+        ours.open_eyes(start);
+        if let OtherPlayer::Firmware(robot) = &mut other {
+            robot.open_eyes(start + OTHER_EYES_LATER);
+        }
         Ok(Self {
-            robot,
+            ours,
+            other,
+            rules: Box::new(Referee::new(setup.seed, setup.format, start)),
             world,
-            cameras,
+            now: start,
             next_tick: start,
-            kicked_off: false,
-            load_at_kick_off: khepera::Load::default(),
-            end: setup.end.max(start),
-            fpga,
-            counts: Counts::default(),
-            telling: None,
-            hash,
-            line: String::new(),
-            lines: Vec::new(),
+            end: setup.format.longest().max(start),
+            events: Vec::new(),
+            hash: TraceHash::default(),
         })
     }
 
     /// Time reached.
     pub fn now(&self) -> Ps {
-        self.robot.now()
+        self.now
     }
 
     /// When the match is over at the latest.
@@ -156,173 +212,133 @@ impl Game {
         self.end
     }
 
-    /// Whether a goal was scored or the time is up.
+    /// Whether the referee has ended it.
     pub fn over(&self) -> bool {
-        self.world.goals() != [0, 0] || self.now() >= self.end
+        self.rules.over()
     }
 
     /// Play on for `duration`, or until it is over.
     pub fn run_for(&mut self, duration: Ps) {
-        let until = (self.now() + duration).min(self.end);
-        while self.now() < until && !self.over() {
+        let until = self.now + duration;
+        while self.now < until && !self.over() {
             self.step(until);
         }
     }
 
     /// On to the next event, no further than `until`.
     fn step(&mut self, until: Ps) {
-        let next = self.next_tick.min(self.cameras.next_event()).min(until);
-        self.robot.run_until(next);
-        if !self.kicked_off && next >= self.next_tick {
-            self.kick_off();
-        }
+        let looks = self.ours.next_event().min(self.other.player().next_event());
+        let next = self.next_tick.min(looks).min(until);
+        self.ours.run_until(next);
+        self.other.player().run_until(next);
+        self.now = next;
         if next == self.next_tick {
             self.tick();
+            self.next_tick += TICK;
         }
-        let world = &mut self.world;
-        let taken = self.cameras.step(next, &mut self.robot, |time, left, right| {
-            world.render(OURS, time, left, right);
-        });
-        if taken {
-            self.collect_reports();
-        }
-    }
-
-    /// The handler types the heading on the console; from now on the robot is on its own.
-    fn kick_off(&mut self) {
-        self.kicked_off = true;
-        self.load_at_kick_off = self.robot.base.load();
-        let heading = self.world.kick_off_heading_deg(OURS).round() as i32;
-        self.robot.base.serial_send(format!("start {heading}\r\n").as_bytes());
+        self.ours.look(next, &mut self.world, OURS);
+        self.other.player().look(next, &mut self.world, OTHER);
+        self.ours.trace(&mut self.hash);
+        self.other.player().trace(&mut self.hash);
     }
 
     fn tick(&mut self) {
-        let ours = self.robot.base.wheel_speeds_mm_s();
-        self.world.step([ours, [0.0; 2]]);
-        self.next_tick += TICK;
-        self.collect_serial();
-        for value in ours {
+        let situation = Situation {
+            time: self.now,
+            ball_mm: self.world.ball_mm(),
+            robots: [self.world.robot(OURS), self.world.robot(OTHER)],
+            last_touch: self.world.last_touch(),
+        };
+        if let Some(call) = self.rules.watch(&situation) {
+            self.obey(call);
+        }
+        let wheels = [
+            self.ours.tick(&mut self.world, OURS),
+            self.other.player().tick(&mut self.world, OTHER),
+        ];
+        for value in wheels.as_flattened() {
             self.hash.update(&value.to_bits().to_be_bytes());
         }
+        self.world.step(wheels);
     }
 
-    fn collect_reports(&mut self) {
-        self.counts.frames += 1;
-        for wire in self.robot.turret.take_reports() {
-            self.hash.update(&wire);
-            if let Some(report) = report_decode(&wire) {
-                self.count(report);
+    /// What handlers and referee do after a call.
+    fn obey(&mut self, call: Call) {
+        self.events.push(Event { time: self.now, call });
+        match call {
+            Call::KickOff { places, attacks, .. } => {
+                self.world.kick_off(&places, attacks);
+                self.ours.start(self.world.heading_deg(OURS));
+                self.other.player().start(self.world.heading_deg(OTHER));
+            }
+            Call::FreeBall(at_mm) => self.world.free_ball(at_mm),
+            Call::Goal { .. } | Call::Whistle | Call::End => {
+                self.ours.stop();
+                self.other.player().stop();
             }
         }
     }
 
-    fn count(&mut self, report: Report) {
-        let has = |flags: u32| u32::from(u32::from(report.flags) & flags != 0);
-        self.counts.reports += 1;
-        self.counts.saw_ball += has(c::REPORT_BALL);
-        self.counts.saw_goal += has(c::REPORT_GOAL_LEFT_EDGE | c::REPORT_GOAL_RIGHT_EDGE);
-        self.counts.saw_opponent += has(c::REPORT_OPPONENT);
-        // For the picture: the last report among those that tell most.
-        let objects = |report: &Report| {
-            let kinds = [
-                c::REPORT_BALL,
-                c::REPORT_GOAL_LEFT_EDGE,
-                c::REPORT_GOAL_RIGHT_EDGE,
-                c::REPORT_OPPONENT,
-            ];
-            let clipped = u32::from(report.flags) & c::REPORT_BALL_CLIPPED != 0;
-            let seen = kinds.iter().filter(|&&kind| u32::from(report.flags) & kind != 0).count();
-            // Of a ball too near only a part is in the picture.
-            seen - usize::from(clipped)
-        };
-        if self.telling.as_ref().is_none_or(|best| objects(&report) >= objects(best)) {
-            self.world.keep(OURS, &report);
-            self.telling = Some(report);
-        }
-    }
-
-    fn collect_serial(&mut self) {
-        for (time, byte) in self.robot.base.serial_take() {
-            self.hash.update(&time.to_be_bytes());
-            self.hash.update(&[byte]);
-            match byte {
-                b'\n' => self.lines.push(std::mem::take(&mut self.line)),
-                b'\r' => {}
-                _ => self.line.push(char::from(byte)),
-            }
-        }
-    }
-
-    /// What the robot said on its console since the last call, line by line.
+    /// What our robot said on its console since the last call, line by line.
     pub fn take_serial_lines(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.lines)
+        self.ours.take_lines()
     }
 
     /// The score in one phrase.
     pub fn headline(&self) -> String {
-        match self.world.goals() {
+        match self.rules.goals() {
             [0, 0] => "no goal yet".to_owned(),
             [ours, theirs] => format!("{ours} : {theirs}"),
         }
     }
 
-    /// The robot that plays.
-    pub fn robot(&self) -> &Robot {
-        &self.robot
+    /// Our robot and its eyes.
+    pub fn ours(&self) -> &FirmwarePlayer {
+        &self.ours
+    }
+
+    /// Our robot, to break something.
+    pub fn ours_mut(&mut self) -> &mut FirmwarePlayer {
+        &mut self.ours
+    }
+
+    /// The pitch and what is on it.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// What the referee has called so far.
+    pub fn events(&self) -> &[Event] {
+        &self.events
     }
 
     /// What it came to.
     pub fn summary(&self) -> Summary {
-        let [goals_for, goals_against] = self.world.goals();
+        let [goals_for, goals_against] = self.rules.goals();
+        let own_goal = |event: &&Event| event.call == Call::Goal { robot: OTHER, own_goal: true };
         let mut hash = self.hash;
-        hash.update(&self.now().to_be_bytes());
-        hash.update(&self.robot.base.load().instructions.to_be_bytes());
+        hash.update(&self.now.to_be_bytes());
+        hash.update(&self.ours.robot().base.load().instructions.to_be_bytes());
+        let counts = self.ours.counts();
         Summary {
             goals_for,
             goals_against,
-            time: self.now(),
+            own_goals: self.events.iter().filter(own_goal).count() as u32,
+            time: self.now,
             trace_hash: hash.value(),
-            frames: self.counts.frames,
-            reports: self.counts.reports,
-            saw_ball: self.counts.saw_ball,
-            saw_goal: self.counts.saw_goal,
-            saw_opponent: self.counts.saw_opponent,
-            cpu_load: self.robot.base.load().since(&self.load_at_kick_off),
-            fpga: self.fpga.clone(),
+            frames: counts.frames,
+            reports: counts.reports,
+            saw_ball: counts.saw_ball,
+            saw_goal: counts.saw_goal,
+            saw_opponent: counts.saw_opponent,
+            cpu_load: self.ours.cpu_load(),
+            fpga: self.ours.fpga().clone(),
+            events: self.events.clone(),
         }
     }
 
     /// The match in one picture: what both eyes saw last, and the tracks on the pitch.
     pub fn picture(&mut self) -> RgbImage {
-        self.world.picture(OURS, self.telling.as_ref())
-    }
-}
-
-/// How the FPGA is, in the words of a summary.
-fn fpga_of(robot: &mut Robot) -> Fpga {
-    let status = match robot.ask_turret() {
-        Ok(status) => status,
-        Err(silent) => return Fpga { why: Some(silent.to_string()), ..Fpga::default() },
-    };
-    let why = match u32::from(status.result) {
-        c::CONFIG_OK => None,
-        c::CONFIG_NO_FLASH => Some("the flash does not answer its CFI query"),
-        c::CONFIG_NO_DEFAULT => Some("the flash has no default slot"),
-        c::CONFIG_BAD_SLOT => Some("the default slot holds no whole bitstream"),
-        c::CONFIG_NO_INIT => Some("INIT# did not rise after PROG#"),
-        c::CONFIG_CRC_ERROR => Some("CRC error: the bitstream is damaged (INIT# fell)"),
-        c::CONFIG_NO_DONE => Some("DONE stayed low after the last byte: not a whole bitstream"),
-        c::CONFIG_BUS_STUCK => Some("the transfer from flash to FPGA did not end in its time"),
-        _ => Some("the firmware gave a result that this version does not know"),
-    };
-    let now = robot.now();
-    let function = robot.turret.fpga.function(now).map(|function| function.name());
-    Fpga {
-        configured: why.is_none(),
-        function: if why.is_none() { function } else { None },
-        slot: (u32::from(status.slot) != c::CONFIG_NO_SLOT).then_some(status.slot),
-        bytes: status.bytes,
-        time_us: Some(status.time_us),
-        why: why.map(str::to_owned),
+        self.world.picture(OURS, self.ours.telling(), self.rules.goals())
     }
 }

@@ -4,5 +4,6 @@ pub mod cameras;
 pub mod desk;
 pub mod flash;
 pub mod game;
+pub mod player;
 pub mod robot;
 pub mod turret;

@@ -9,16 +9,21 @@ use std::sync::{Mutex, OnceLock};
 use std::{fs, thread};
 
 use sim::{Ps, SECOND};
-use twin::game::{BallColour, Eyes, Game, Noise, Setup, Summary};
+use twin::game::{BallColour, Eyes, Format, Game, Materials, Noise, Other, Setup, Summary};
 use twin::robot::Images;
 use virtex::bitstream;
 use virtex::design::Function;
 use virtex::store::{Entry, pack};
+use world::opponents::Kind;
 
-/// The seeds that the figures in the README are about.
-const SEEDS: std::ops::RangeInclusive<u64> = 1..=20;
+/// These are played here; tools/bench-match plays the sets that the figures in docs are about.
+const SEEDS: std::ops::RangeInclusive<u64> = 1..=5;
+/// So many of them must score; with measured noise it is 90 of 100.
+const SCORE: usize = 4;
 /// Simulated time of a match.
 const MATCH: Ps = 60 * SECOND;
+/// ... and of one in which nothing can come: thrice what a goal takes.
+const BLIND: Ps = 20 * SECOND;
 /// Bytes of a slot's bank before its header; the first slot's bitstream lies there.
 const SOMEWHERE_IN_THE_BITSTREAM: usize = 100_000;
 
@@ -53,9 +58,16 @@ fn setup(seed: u64) -> Setup {
         images: images(),
         eyes: Eyes::Open,
         ball: BallColour::Yellow,
+        other: Other::Program(Kind::Idle),
         noise: Noise::None,
-        end: MATCH,
+        materials: Materials::default(),
+        format: kick_off(MATCH),
     }
+}
+
+/// Played until the first goal.
+fn kick_off(length: Ps) -> Format {
+    Format { first_goal_ends: true, ..Format::single(length) }
 }
 
 fn play(setup: Setup) -> Summary {
@@ -98,7 +110,7 @@ fn scoring_seeds(results: &[(u64, Summary)]) -> Vec<u64> {
 
 #[test]
 fn most_seeds_score_within_a_minute_and_the_first_among_them() {
-    let results = play_all(|_| {});
+    let results = play_all(|setup| setup.noise = Noise::Measured);
     for (seed, summary) in &results {
         println!(
             "seed {seed:2}: {} : {} after {:4.1} s, 68331 {:2.0} % busy",
@@ -111,31 +123,38 @@ fn most_seeds_score_within_a_minute_and_the_first_among_them() {
     }
     let scoring = scoring_seeds(&results);
     assert!(scoring.contains(&1), "seed 1 did not score; these did: {scoring:?}");
-    assert!(scoring.len() >= 10, "only these seeds score: {scoring:?}");
+    assert!(scoring.len() >= SCORE, "only these seeds score: {scoring:?}");
 }
 
 #[test]
 fn without_eyes_nobody_scores() {
-    let scoring = scoring_seeds(&play_all(|setup| setup.eyes = Eyes::Black));
+    let scoring = scoring_seeds(&play_all(|setup| {
+        setup.eyes = Eyes::Black;
+        setup.format = kick_off(BLIND);
+    }));
     assert_eq!(scoring, [0_u64; 0], "these seeds score with black eyes");
 }
 
 #[test]
 fn with_a_pink_ball_nobody_scores() {
-    let scoring = scoring_seeds(&play_all(|setup| setup.ball = BallColour::Pink));
+    let scoring = scoring_seeds(&play_all(|setup| {
+        setup.ball = BallColour::Pink;
+        setup.format = kick_off(BLIND);
+    }));
     assert_eq!(scoring, [0_u64; 0], "these seeds score with a pink ball");
 }
 
 #[test]
 fn the_same_seed_does_the_same_and_another_another() {
-    let five_seconds = |seed| play(Setup { end: 5 * SECOND, ..setup(seed) }).trace_hash;
+    let five_seconds =
+        |seed| play(Setup { format: kick_off(5 * SECOND), ..setup(seed) }).trace_hash;
     assert_eq!(five_seconds(1), five_seconds(1));
     assert_ne!(five_seconds(1), five_seconds(2));
 }
 
 #[test]
 fn a_damaged_bitstream_leaves_the_fpga_unconfigured_and_the_summary_says_why() {
-    let mut setup = Setup { end: 10 * SECOND, ..setup(1) };
+    let mut setup = Setup { format: kick_off(10 * SECOND), ..setup(1) };
     setup.images.flash[SOMEWHERE_IN_THE_BITSTREAM] ^= 0x10;
     let summary = play(setup);
     let why = summary.fpga.why.expect("a reason");
@@ -146,7 +165,7 @@ fn a_damaged_bitstream_leaves_the_fpga_unconfigured_and_the_summary_says_why() {
 
 #[test]
 fn an_empty_flash_leaves_the_fpga_unconfigured_and_the_summary_says_why() {
-    let mut setup = Setup { end: 10 * SECOND, ..setup(1) };
+    let mut setup = Setup { format: kick_off(10 * SECOND), ..setup(1) };
     setup.images.flash.fill(0xFF);
     let summary = play(setup);
     let why = summary.fpga.why.expect("a reason");
@@ -156,7 +175,7 @@ fn an_empty_flash_leaves_the_fpga_unconfigured_and_the_summary_says_why() {
 
 #[test]
 fn a_capture_bitstream_runs_but_reports_nothing() {
-    let mut setup = Setup { end: 10 * SECOND, ..setup(1) };
+    let mut setup = Setup { format: kick_off(10 * SECOND), ..setup(1) };
     let stream = bitstream::make(Function::Capture, &bitstream::Options::default());
     let slot = Entry::from_file(3, &stream, "capture".into()).expect("a good stream");
     setup.images.flash = pack(&[slot], 3);

@@ -58,7 +58,7 @@ fn match_picture(folder: &Path) -> Outcome {
         world.step([[200.0 - bend, 170.0 + bend], [60.0, 90.0]]);
     }
     println!("physics: {:.1} us a step", start.elapsed().as_secs_f64() * 1e6 / 3000.0);
-    world.picture(0, None).save(folder.join("match.png"))?;
+    world.picture(0, None, [0, 0]).save(folder.join("match.png"))?;
     Ok(())
 }
 

@@ -182,6 +182,11 @@ impl World {
         &self.physics
     }
 
+    /// A robot's battery voltage, as part of the nominal one.
+    pub fn battery(&mut self, robot: usize) -> f64 {
+        self.physics.drive_mut(robot).battery
+    }
+
     /// What a robot's base gets from its surroundings: readings of the infrared sensors.
     pub fn infrared(&mut self, robot: usize) -> [u16; proximity::SENSORS] {
         let readings = self.proximity_mm(robot).map(proximity::reading);
@@ -189,11 +194,7 @@ impl World {
     }
 
     /// What a robot without firmware may know.
-    pub fn drive_opponent(
-        &self,
-        opponent: &mut opponents::Opponent,
-        robot: usize,
-    ) -> [f64; 2] {
+    pub fn drive_opponent(&self, opponent: &mut opponents::Opponent, robot: usize) -> [f64; 2] {
         let scene = self.scene(&self.now(0), robot);
         opponent.step(&opponents::Surroundings {
             pose: self.physics.robot(robot),
@@ -238,12 +239,7 @@ impl World {
     /// The match in one picture: both eyes of `robot` when the frames were exposed that `report` tells
     /// about (kept, or one of the last few; the latest that [`World::render`] drew, if none of them
     /// fits), with its findings drawn in, and the pitch with the tracks.
-    pub fn picture(
-        &self,
-        robot: usize,
-        report: Option<&Report>,
-        goals: [u32; 2],
-    ) -> RgbImage {
+    pub fn picture(&self, robot: usize, report: Option<&Report>, goals: [u32; 2]) -> RgbImage {
         let time = report.map(|report| report.exposure_time);
         let kept = self.kept[robot].filter(|(kept, _)| Some(*kept) == time);
         let scene = kept.map_or_else(|| self.seen_scene(robot, time), |(_, moment)| moment);

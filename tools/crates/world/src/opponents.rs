@@ -123,13 +123,13 @@ impl Opponent {
     }
 
     /// The referee starts the game.
-    pub fn start(&mut self) {
+    pub fn kick_off(&mut self) {
         let fresh = Self { rng: self.rng.clone(), ..Self::new(self.kind, 0) };
         *self = Self { playing: true, wheels_mm_s: self.wheels_mm_s, ..fresh };
     }
 
     /// The referee stops it.
-    pub fn stop(&mut self) {
+    pub fn halt(&mut self) {
         self.playing = false;
         self.wanted_mm_s = [0.0; 2];
     }
@@ -321,7 +321,7 @@ mod tests {
         let mut physics =
             Physics::new([aside, start], ball_mm, Materials::default(), Noise::None, 1);
         let mut opponent = Opponent::new(kind, 1);
-        opponent.start();
+        opponent.kick_off();
         for _ in 0..ms {
             let scene = Scene {
                 ball_mm: Some(physics.ball_mm()),
@@ -367,7 +367,12 @@ mod tests {
     #[test]
     fn the_line_camera_finds_a_ball_and_its_distance() {
         for range in [100.0, 200.0, 350.0, 500.0] {
-            for bearing in [-0.15_f64, 0.0, 0.2] {
+            for bearing in [-0.1_f64, 0.0, 0.05, 0.2] {
+                // All of it must be in view.
+                let half = libm::asin(CHORD_MM / range);
+                if bearing.abs() + half > LINE_VIEW_RAD / 2.0 {
+                    continue;
+                }
                 let (sin, cos) = libm::sincos(bearing);
                 let ball = [-200.0 + range * cos, range * sin];
                 let scene =

@@ -293,11 +293,7 @@ fn add_robot(world: &mut PhysicsWorld, pose: Pose, materials: &Materials) -> Rig
     world.insert(body, dress).0
 }
 
-fn add_ball(
-    world: &mut PhysicsWorld,
-    at_mm: [f64; 2],
-    materials: &Materials,
-) -> RigidBodyHandle {
+fn add_ball(world: &mut PhysicsWorld, at_mm: [f64; 2], materials: &Materials) -> RigidBodyHandle {
     let body = RigidBodyBuilder::dynamic()
         .translation(point(at_mm[0], at_mm[1]))
         .ccd_enabled(true)
@@ -351,11 +347,16 @@ mod tests {
 
     const ASIDE: Pose = Pose { x_mm: 300.0, y_mm: 250.0, heading_rad: 0.0 };
 
+    fn perfect(robots: [Pose; 2], ball_mm: [f64; 2]) -> Physics {
+        Physics::new(robots, ball_mm, Materials::default(), Noise::None, 1)
+    }
+
     fn with_ball(ball_mm: [f64; 2], velocity_mm_s: [f64; 2]) -> Physics {
         let behind = Pose { x_mm: -300.0, y_mm: -250.0, heading_rad: 0.0 };
-        let mut physics = Physics::new([behind, ASIDE], ball_mm);
+        let mut physics = perfect([behind, ASIDE], ball_mm);
         let velocity = point(velocity_mm_s[0], velocity_mm_s[1]);
         physics.world.bodies[physics.ball].set_linvel(velocity, true);
+        physics.extras.spin = velocity;
         physics
     }
 
@@ -366,20 +367,101 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_rolls_out_as_far_as_its_loss_allows() {
-        let mut physics = with_ball([-400.0, 0.0], [300.0, 0.0]);
-        run(&mut physics, 4000, [0.0; 2]);
-        let rolled = physics.ball_mm()[0] + 400.0;
-        let expected = 300.0 * 300.0 / (2.0 * f64::from(ROLLING_LOSS * GRAVITY) * 1000.0);
-        assert!((rolled - expected).abs() < 0.02 * expected, "{rolled} mm, not {expected}");
+    fn a_rolling_ball_rolls_out_as_far_as_its_loss_allows() {
+        for speed in [150.0, 300.0, 450.0] {
+            let mut physics = with_ball([-450.0, 0.0], [speed, 0.0]);
+            run(&mut physics, 5000, [0.0; 2]);
+            let rolled = physics.ball_mm()[0] + 450.0;
+            let loss = Materials::default().rolling_loss * f64::from(GRAVITY) * 1000.0;
+            let expected = speed * speed / (2.0 * loss);
+            assert!((rolled / expected - 1.0).abs() < 0.02, "{rolled} mm, not {expected}");
+        }
     }
 
     #[test]
-    fn a_ball_bounces_off_a_wall_with_its_restitution() {
+    fn a_ball_that_slides_ends_up_rolling_at_three_fifths_of_its_speed() {
+        // A hollow sphere: v / (1 + 2/3), whatever the friction (any textbook of mechanics).
+        let mut physics = with_ball([-450.0, 0.0], [500.0, 0.0]);
+        physics.extras.spin = Vector::ZERO;
+        let slides_ms = 500.0 * 0.4 / (0.55 * 9810.0) * 1000.0;
+        run(&mut physics, slides_ms as u32 + 2, [0.0; 2]);
+        let lost = 0.015 * 9.81 * slides_ms / 1000.0 * 1000.0;
+        let speed = physics.ball_mm_s()[0] + lost;
+        assert!((speed - 300.0).abs() < 6.0, "{speed} mm/s");
+        assert!((physics.extras.spin.x - physics.ball_mm_s()[0] as f32 / 1000.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn a_ball_leaves_a_wall_with_its_restitution_and_loses_speed_to_its_spin_after_it() {
         let mut physics = with_ball([0.0, 290.0], [0.0, 500.0]);
+        let mut fastest = 0.0_f64;
+        for _ in 0..60 {
+            run(&mut physics, 1, [0.0; 2]);
+            fastest = fastest.max(-physics.ball_mm_s()[1]);
+        }
+        let e = Materials::default().wall_restitution;
+        assert!((fastest / 490.0 - e).abs() < 0.03, "{fastest} mm/s after 500");
         run(&mut physics, 100, [0.0; 2]);
-        let speed = -f64::from(physics.world.bodies[physics.ball].linvel().y);
-        assert!((0.25..=0.31).contains(&speed), "{speed} m/s after 0.5 m/s");
+        // Spin that goes on: 1.5 mu (1 + e) of the speed is taken by the wall, the rest works against
+        // the ball on the floor, which splits the difference 3 to 2.
+        let spin = 1.0 - 1.5 * Materials::default().felt_friction * (1.0 + e);
+        let expected = 490.0 * (0.6 * e - 0.4 * spin);
+        let speed = -physics.ball_mm_s()[1];
+        assert!((speed - expected).abs() < 25.0, "{speed} mm/s, not {expected}");
+    }
+
+    #[test]
+    fn a_ball_bounces_off_a_robot_less_than_off_a_wall() {
+        let mut physics = with_ball([120.0, 250.0], [400.0, 0.0]);
+        let mut slowest = f64::MAX;
+        for _ in 0..400 {
+            run(&mut physics, 1, [0.0; 2]);
+            slowest = slowest.min(physics.ball_mm_s()[0]);
+        }
+        // Two bodies that meet: (m - e M) / (m + M) of its speed is left to the ball.
+        let Materials { ball_mass_kg: m, robot_mass_kg: big, robot_restitution: e, .. } =
+            Materials::default();
+        let before = 400.0 - 1000.0 * 0.015 * 9.81 * 0.28;
+        let expected = before * (m - e * big) / (m + big);
+        assert!((slowest - expected).abs() < 8.0, "{slowest} mm/s, not {expected}");
+    }
+
+    #[test]
+    fn robots_that_meet_stop_each_other_and_the_stronger_grip_wins_nothing() {
+        let left = Pose { x_mm: -100.0, y_mm: 0.0, heading_rad: 0.0 };
+        let right = Pose { x_mm: 100.0, y_mm: 0.0, heading_rad: core::f64::consts::PI };
+        let mut physics = perfect([left, right], [0.0, 300.0]);
+        for _ in 0..3000 {
+            physics.step([[200.0, 200.0], [200.0, 200.0]]);
+        }
+        let [a, b] = [0, 1].map(|i| physics.robot(i));
+        let apart = libm::hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm);
+        assert!((apart - 2.0 * ROBOT_RADIUS_MM).abs() < 2.0, "{apart}");
+        assert!(a.x_mm.abs() < 60.0 && b.x_mm.abs() < 60.0, "{a:?} {b:?}");
+    }
+
+    #[test]
+    fn a_robot_pushes_another_that_stands_and_its_wheels_feel_it() {
+        let left = Pose { x_mm: -300.0, y_mm: 0.0, heading_rad: 0.0 };
+        let across = Pose { x_mm: -200.0, y_mm: 0.0, heading_rad: core::f64::consts::FRAC_PI_2 };
+        let mut physics = perfect([left, across], [0.0, 300.0]);
+        run(&mut physics, 2000, [150.0, 150.0]);
+        let load = physics.wheel_loads_n(0, [150.0; 2]);
+        // Both stand on the same tyres: the one pushed sideways resists with all its grip.
+        let grip = Materials::default().tyre_grip * 9.81 * Materials::default().robot_mass_kg;
+        let total = load[0] + load[1];
+        assert!(total > 0.5 * grip && total < 1.1 * grip, "{total} N of {grip}");
+    }
+
+    #[test]
+    fn a_robot_against_a_wall_feels_its_own_grip_and_none_when_it_leaves() {
+        let start = Pose { x_mm: 0.0, y_mm: 300.0, heading_rad: core::f64::consts::FRAC_PI_2 };
+        let mut physics = perfect([start, ASIDE], [0.0, 0.0]);
+        run(&mut physics, 500, [100.0, 100.0]);
+        let [left, right] = physics.wheel_loads_n(0, [100.0; 2]);
+        let grip = Materials::default().tyre_grip * 9.81 * Materials::default().robot_mass_kg;
+        assert!(((left + right) / grip - 1.0).abs() < 0.1, "{left} {right} N");
+        assert_eq!(physics.wheel_loads_n(0, [-100.0; 2]), [0.0; 2]);
     }
 
     #[test]
@@ -415,7 +497,7 @@ mod tests {
     #[test]
     fn a_robot_pushes_the_ball_before_it() {
         let start = Pose { x_mm: -200.0, y_mm: 0.0, heading_rad: 0.0 };
-        let mut physics = Physics::new([start, ASIDE], [-100.0, 0.0]);
+        let mut physics = perfect([start, ASIDE], [-100.0, 0.0]);
         run(&mut physics, 4000, [150.0, 150.0]);
         assert!(physics.ball_mm()[0] > 300.0, "{:?}", physics.ball_mm());
         assert!(physics.robot(0).x_mm > 250.0, "{:?}", physics.robot(0));
@@ -425,7 +507,7 @@ mod tests {
     fn a_robot_does_not_leave_through_a_corner() {
         let heading_rad = libm::atan2(HALF_WIDTH_MM, HALF_LENGTH_MM);
         let start = Pose { x_mm: 300.0, y_mm: 200.0, heading_rad };
-        let mut physics = Physics::new([start, Pose { x_mm: -300.0, ..ASIDE }], [0.0, 0.0]);
+        let mut physics = perfect([start, Pose { x_mm: -300.0, ..ASIDE }], [0.0, 0.0]);
         run(&mut physics, 3000, [400.0, 400.0]);
         let Pose { x_mm, y_mm, .. } = physics.robot(0);
         let corner = HALF_LENGTH_MM + HALF_WIDTH_MM - CORNER_CUT_MM - x_mm - y_mm;

@@ -151,12 +151,7 @@ impl Format {
     /// As the league plays, with all its times in proportion to these of both halves together: there
     /// they are 10 min, and the extra time is 3 min.
     pub fn league(length: Ps) -> Self {
-        Self {
-            halves: 2,
-            half: length / 2,
-            extra_time: length / 10 * 3,
-            first_goal_ends: false,
-        }
+        Self { halves: 2, half: length / 2, extra_time: length / 10 * 3, first_goal_ends: false }
     }
 
     /// The longest that a match can take.
@@ -168,7 +163,7 @@ impl Format {
 /// What the referee sees at one time.
 #[derive(Clone, Copy, Debug)]
 pub struct Situation {
-    /// Since the first kick-off.
+    /// Since power-on; periods are counted from there.
     pub time: Ps,
     /// Centre of the ball.
     pub ball_mm: [f64; 2],
@@ -219,7 +214,7 @@ pub enum Period {
 
 /// What makes a game of two robots and a ball.
 pub trait Rules {
-    /// Look at the pitch: every millisecond of a match, from time 0 on. One call at a time.
+    /// Look at the pitch, every millisecond. One call at a time.
     fn watch(&mut self, situation: &Situation) -> Option<Call>;
 
     /// Goals of robot 0 and of robot 1.
@@ -235,7 +230,10 @@ enum Phase {
     /// Kick-off comes then.
     Waiting(Ps),
     /// The ball is in play; it has been about here since then.
-    Playing { at_mm: [f64; 2], since: Ps },
+    Playing {
+        at_mm: [f64; 2],
+        since: Ps,
+    },
     Over,
 }
 
@@ -252,14 +250,14 @@ pub struct Referee {
 }
 
 impl Referee {
-    /// For the match of that seed.
-    pub fn new(seed: u64, format: Format) -> Self {
+    /// For the match of that seed, whose first kick-off is at `start`.
+    pub fn new(seed: u64, format: Format, start: Ps) -> Self {
         Self {
             seed,
             format,
             period: Period::Half(0),
             period_end: format.half,
-            phase: Phase::Waiting(0),
+            phase: Phase::Waiting(start),
             kick_offs: 0,
             goals: [0; 2],
         }
@@ -391,7 +389,7 @@ mod tests {
     }
 
     fn started(format: Format) -> Referee {
-        let mut referee = Referee::new(1, format);
+        let mut referee = Referee::new(1, format, 0);
         let calls = watch(&mut referee, [0, 2 * MS], [0.0; 2], None);
         assert!(matches!(calls[..], [(0, Call::KickOff { attacks: [1.0, -1.0], .. })]));
         referee
@@ -494,7 +492,7 @@ mod tests {
     #[test]
     fn a_draw_is_followed_by_extra_time_and_sudden_death() {
         let mut referee = started(Format::league(20 * SECOND));
-        let calls = watch(&mut referee, [2 * MS, 27 * SECOND], [0.0; 2], None);
+        let calls = watch(&mut referee, [2 * MS, 27 * SECOND + 10 * MS], [0.0; 2], None);
         let periods: Vec<Period> = calls
             .iter()
             .filter_map(|(_, call)| match call {

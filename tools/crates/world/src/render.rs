@@ -236,10 +236,8 @@ pub fn line(camera: &Camera, scene: &Scene, cells: usize, view_rad: f64) -> Vec<
     let colours: Vec<Rgb> = (0..PER_CELL * cells)
         .step_by(POINTS)
         .flat_map(|first| {
-            let points = Points {
-                x: core::array::from_fn(|i| column(first + i)),
-                y: [row; POINTS],
-            };
+            let points =
+                Points { x: core::array::from_fn(|i| column(first + i)), y: [row; POINTS] };
             let objects = view.objects_at(&points, [view.ball.is_some(), view.dress.is_some()]);
             core::array::from_fn::<Rgb, POINTS, _>(|i| {
                 let point = points.at(i);

@@ -254,7 +254,10 @@ mod tests {
             };
             let (left, right) = (edge(Eye::Left, &mut eyes), edge(Eye::Right, &mut eyes));
             assert!((right - 120.0).abs() < 0.1, "seed {seed}: {right}");
-            assert!((left - right - eyes.misaligned_px[1]).abs() < 0.1, "seed {seed}: {left} {right}");
+            assert!(
+                (left - right - eyes.misaligned_px[1]).abs() < 0.1,
+                "seed {seed}: {left} {right}"
+            );
             found = found.max((left - right).abs());
         }
         assert!((0.7..1.6).contains(&found), "{found}");
@@ -280,7 +283,10 @@ mod tests {
             };
             let (left, right) = (edge(Eye::Left, &mut eyes), edge(Eye::Right, &mut eyes));
             assert!((right - 160.0).abs() < 0.1, "seed {seed}: {right}");
-            assert!((left - right - eyes.misaligned_px[0]).abs() < 0.1, "seed {seed}: {left} {right}");
+            assert!(
+                (left - right - eyes.misaligned_px[0]).abs() < 0.1,
+                "seed {seed}: {left} {right}"
+            );
             found = found.max((left - right).abs());
         }
         assert!((0.2..0.5).contains(&found), "{found}");
