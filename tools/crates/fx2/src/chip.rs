@@ -494,19 +494,28 @@ impl mcs51::Bus for View<'_> {
     fn read_xdata(&mut self, address: u16) -> u8 {
         if usize::from(address) < self.chip.ram_size {
             self.chip.ram[usize::from(address) % RAM_MAX]
-        } else if address == xdata::GPIFREADYSTAT {
-            self.chip.read_ready(self.board)
         } else {
-            self.chip.read_high(address)
+            self.chip.gpif_catch_up(self.board);
+            if address == xdata::GPIFREADYSTAT {
+                self.chip.read_ready(self.board)
+            } else {
+                self.chip.read_high(address)
+            }
         }
     }
 
     #[inline]
     fn write_xdata(&mut self, address: u16, value: u8) {
-        self.chip.write_memory(address, value);
+        if usize::from(address) < self.chip.ram_size {
+            self.chip.ram[usize::from(address) % RAM_MAX] = value;
+        } else {
+            self.chip.gpif_catch_up(self.board);
+            self.chip.write_high(address, value);
+        }
     }
 
     fn read_sfr(&mut self, address: u8) -> u8 {
+        self.chip.gpif_catch_up(self.board);
         self.chip.read_sfr(address, self.board)
     }
 
@@ -515,11 +524,12 @@ impl mcs51::Bus for View<'_> {
             sfr::IOA | sfr::IOB | sfr::IOC | sfr::IOD | sfr::IOE => {
                 self.chip.ports.latch[Chip::port_index(address)]
             }
-            _ => self.chip.read_sfr(address, self.board),
+            _ => self.read_sfr(address),
         }
     }
 
     fn write_sfr(&mut self, address: u8, value: u8) {
+        self.chip.gpif_catch_up(self.board);
         self.chip.write_sfr(address, value);
     }
 

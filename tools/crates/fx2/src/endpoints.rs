@@ -475,6 +475,45 @@ impl Endpoint {
         done
     }
 
+    /// Transfers that the present buffer takes or gives without any flag changing or the buffer being
+    /// handed over, but for a first byte in an empty one.
+    pub(crate) fn plain_words(&self) -> usize {
+        let end = if self.is_in() {
+            self.idle.first().map_or(0, |_| self.fill_limit())
+        } else {
+            self.fifo.first().map_or(0, |buffer| self.buffers[usize::from(buffer)].len)
+        };
+        if self.position == 0 {
+            return 0;
+        }
+        (end.saturating_sub(self.position) / self.unit()).saturating_sub(2)
+    }
+
+    /// Nothing goes in any more (IN) or comes out (OUT).
+    pub(crate) fn fifo_stuck(&self) -> bool {
+        if self.is_in() { self.idle.len == 0 } else { self.fifo.len == 0 }
+    }
+
+    /// `count` transfers, not more than [`Self::plain_words`]: `word` each time into an IN FIFO, or out
+    /// of an OUT FIFO. Does nothing to a FIFO that is stuck.
+    pub(crate) fn move_plain(&mut self, count: usize, word: u16) {
+        if self.fifo_stuck() {
+            return;
+        }
+        let end = self.position + count * self.unit();
+        if self.is_in()
+            && let Some(buffer) = self.idle.first()
+        {
+            let word = word.to_le_bytes();
+            let unit = self.unit();
+            let slot = &mut self.buffers[usize::from(buffer)].data[self.position..end];
+            for bytes in slot.chunks_mut(unit) {
+                bytes.copy_from_slice(&word[..unit]);
+            }
+        }
+        self.position = end;
+    }
+
     /// The next transfer of an OUT FIFO without taking it; `None` = empty.
     pub(crate) fn fifo_peek(&self) -> Option<u16> {
         let buffer = &self.buffers[usize::from(self.fifo.first()?)];

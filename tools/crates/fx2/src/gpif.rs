@@ -16,7 +16,7 @@
 use crate::chip::Chip;
 use crate::diagnostics::Rule;
 use crate::interrupts::fifo;
-use crate::pins::Board;
+use crate::pins::{Board, Sensed};
 use crate::ports::IFCFG_GPIF;
 use crate::regs::xdata;
 use crate::time::{IfClock, tick_to_ps};
@@ -76,6 +76,8 @@ struct Run {
     fresh: bool,
     /// The pass has moved a word.
     moved: bool,
+    /// The transaction has lost a word.
+    lost: bool,
     /// Number of the next IFCLK edge, and its time.
     edge: u64,
     at: Ps,
@@ -83,6 +85,11 @@ struct Run {
     ready: [Option<u8>; 2],
     /// The waveform looks at RDY pins at all.
     looks: bool,
+    /// GPIFREADYCFG as the transaction found it: RDY5 is the expired count, RDY pins pass two
+    /// flip-flops, INTRDY.
+    count_is_ready5: bool,
+    delayed: bool,
+    internal_ready: bool,
 }
 
 impl Run {
@@ -96,14 +103,49 @@ impl Run {
     }
 }
 
-/// One state of the waveform in use.
+/// One state of the waveform in use, decoded when the transaction begins.
 #[derive(Clone, Copy, Debug, Default)]
 struct State {
-    /// Length, or branches of a decision.
-    length: u8,
+    /// Clocks of a state that does not decide; 1 for one that does.
+    clocks: u16,
     opcode: u8,
-    output: u8,
-    logic: u8,
+    /// CTL pins and their enables.
+    ctl: u8,
+    ctl_enable: u8,
+    /// FD is driven.
+    drives: bool,
+    /// What a deciding state does, it does in each of its clocks.
+    repeats: bool,
+    /// The terms of a decision, and the outcome for each pair of them: bit 2a + b.
+    terms: [u8; 2],
+    outcomes: u8,
+    /// The next state if that is 0 or 1.
+    branches: [u8; 2],
+}
+
+impl State {
+    fn decides(self) -> bool {
+        self.opcode & DP != 0
+    }
+
+    fn looks_at(self, term: u8) -> bool {
+        self.decides() && self.terms.contains(&term)
+    }
+}
+
+/// Outcomes of the four functions of a decision: AND, OR, XOR, and the complement of A AND B.
+const FUNCTIONS: [u8; 4] = [0b1000, 0b1110, 0b0110, 0b0010];
+/// Terms of a decision besides the RDY pins.
+const TERM_RDY5: u8 = 5;
+const TERM_FLAG: u8 = 6;
+const TERM_INTRDY: u8 = 7;
+
+/// A loop of states that comes back to where it began.
+#[derive(Clone, Copy, Debug, Default)]
+struct Round {
+    clocks: u64,
+    words: u64,
+    increments: u64,
 }
 
 /// The machine and its own registers.
@@ -119,6 +161,8 @@ pub(crate) struct Gpif {
     pub(crate) single_in: u16,
     pub(crate) single_out: u16,
     run: Option<Run>,
+    /// Until then the GPIF requests no interrupt.
+    pub(crate) quiet_until: Ps,
 }
 
 impl Gpif {
@@ -131,6 +175,7 @@ impl Gpif {
             single_in: 0,
             single_out: 0,
             run: None,
+            quiet_until: 0,
         }
     }
 
@@ -166,7 +211,9 @@ impl Chip {
             });
             return;
         }
-        self.gpif.run = Some(self.new_run(transaction, clock));
+        let run = self.new_run(transaction, clock);
+        self.gpif.quiet_until = self.gpif_quiet_until(&run);
+        self.gpif.run = Some(run);
     }
 
     fn new_run(&mut self, transaction: Transaction, clock: IfClock) -> Run {
@@ -177,16 +224,13 @@ impl Chip {
             Transaction::FifoRead(_) => 0,
         };
         let waveform = 32 * usize::from(self.reg(xdata::GPIFWFSELECT) >> shift & 3);
-        for (n, state) in self.gpif.states[..7].iter_mut().enumerate() {
+        for n in 0..usize::from(IDLE) {
             let at = |group: usize| self.gpif.waveforms[waveform + 8 * group + n];
-            *state = State { length: at(0), opcode: at(1), output: at(2), logic: at(3) };
+            self.gpif.states[n] = self.decode([at(0), at(1), at(2), at(3)], transaction);
         }
-        let tc_is_ready5 = self.reg(xdata::GPIFREADYCFG) & TCXRDY5 != 0;
-        let is_pin = |term: u8| term < 5 || term == 5 && !tc_is_ready5;
-        let looks = self.gpif.states.iter().any(|state| {
-            let pins = is_pin(state.logic & 7) || is_pin(state.logic >> 3 & 7);
-            state.opcode & DP != 0 && pins
-        });
+        let ready = self.reg(xdata::GPIFREADYCFG);
+        let pins = if ready & TCXRDY5 != 0 { 0..TERM_RDY5 } else { 0..TERM_FLAG };
+        let looks = |state: &State| pins.clone().any(|term| state.looks_at(term));
         let edge = clock.edge_at_or_after(tick_to_ps(self.tick)) + LAUNCH_EDGES;
         Run {
             transaction,
@@ -195,10 +239,35 @@ impl Chip {
             left: 0,
             fresh: true,
             moved: false,
+            lost: false,
             edge,
             at: clock.edge(edge),
             ready: [None; 2],
-            looks,
+            looks: self.gpif.states.iter().any(looks),
+            count_is_ready5: ready & TCXRDY5 != 0,
+            delayed: ready & SAS == 0,
+            internal_ready: ready & INTRDY != 0,
+        }
+    }
+
+    /// A state from its four bytes: length or branches, opcode, output, logic.
+    fn decode(&self, bytes: [u8; 4], transaction: Transaction) -> State {
+        let [length, opcode, output, logic] = bytes;
+        let (ctl, ctl_enable) = self.ctl_pins(output);
+        State {
+            clocks: match length {
+                _ if opcode & DP != 0 => 1,
+                0 => 256,
+                length => u16::from(length),
+            },
+            opcode,
+            ctl,
+            ctl_enable,
+            drives: transaction.writes() && opcode & DATA != 0,
+            repeats: length & REEXECUTE != 0,
+            terms: [logic >> 3 & 7, logic & 7],
+            outcomes: FUNCTIONS[usize::from(logic >> 6)],
+            branches: [length & 7, length >> 3 & 7],
         }
     }
 
@@ -217,32 +286,161 @@ impl Chip {
         if self.gpif.run.as_ref()?.at > limit {
             return None;
         }
-        let mut run = self.gpif.run?;
+        let mut run = self.gpif.run.take()?;
         let clock = run.clock;
-        while run.at <= limit {
+        let still = board.still_pins();
+        let mut cruises = still.is_some();
+        let exif = self.int.exif;
+        loop {
+            if cruises
+                && run.fresh
+                && let Some(pins) = still
+            {
+                cruises = self.gpif_cruise(&mut run, limit, pins);
+                if run.at > limit {
+                    self.flush_pins(limit, board);
+                    self.gpif.quiet_until = self.gpif_quiet_until(&run);
+                    self.gpif.run = Some(run);
+                    return None;
+                }
+            }
             let at = run.at;
-            let exif = self.int.exif;
-            let done = self.gpif_edge(&mut run, board);
-            self.flush_pins(at, board);
+            let done = self.gpif_edge(&mut run, still, board);
+            if still.is_none() {
+                self.flush_pins(at, board);
+            }
             if done {
-                self.gpif.run = None;
+                self.flush_pins(at, board);
                 self.int.raise_fifo(fifo::GPIFDONE);
                 self.changed();
                 return (self.int.exif != exif).then_some(at);
             }
             run.edge += run.idle_edges();
             run.at = clock.edge(run.edge);
-            if self.int.exif != exif {
+            let interrupted = self.int.exif != exif;
+            if interrupted || run.at > limit {
+                self.flush_pins(at, board);
+                self.gpif.quiet_until = self.gpif_quiet_until(&run);
                 self.gpif.run = Some(run);
-                return Some(at);
+                return interrupted.then_some(at);
             }
         }
-        self.gpif.run = Some(run);
+    }
+
+    /// Runs what the GPIF has done until now, before anybody looks at it or touches what it works with.
+    #[inline]
+    pub(crate) fn gpif_catch_up(&mut self, board: &mut dyn Board) {
+        if self.gpif.busy() {
+            let now = tick_to_ps(self.tick);
+            while self.gpif_run(now, board).is_some() {}
+        }
+    }
+
+    /// As [`Self::gpif_catch_up`] if it may have requested an interrupt since.
+    #[inline]
+    pub(crate) fn gpif_follow(&mut self, board: &mut dyn Board) {
+        if self.gpif.busy() {
+            let now = tick_to_ps(self.tick);
+            if now >= self.gpif.quiet_until {
+                self.gpif_run(now, board);
+            }
+        }
+    }
+
+    /// A time before which no interrupt can come from `run`: the end of a count is at least one clock a
+    /// word away.
+    fn gpif_quiet_until(&self, run: &Run) -> Ps {
+        let announces = |state: &State| state.opcode & GINT != 0;
+        if self.int.fifo_ie == 0 {
+            return Ps::MAX;
+        }
+        let Some(index) = run.transaction.endpoint() else { return 0 };
+        let flags = self.int.fifo_ie & !(fifo::GPIFDONE | fifo::GPIFWF) != 0;
+        if flags || self.gpif_stops_on_flag(index) || self.gpif.states.iter().any(announces) {
+            return 0;
+        }
+        run.at + u64::from(self.gpif.count.saturating_sub(1)) * (run.clock.period() - 1)
+    }
+
+    /// Many rounds of a loop of states at once, while nothing but the count and the FIFO's fill changes.
+    /// The state has just been entered. False = this loop cannot be run so.
+    fn gpif_cruise(&mut self, run: &mut Run, limit: Ps, pins: Sensed) -> bool {
+        let period = run.clock.period();
+        let Some(index) = run.transaction.endpoint().filter(|_| run.at + 32 * period < limit)
+        else {
+            return true;
+        };
+        let Some(round) = self.gpif_round(run) else { return false };
+        let clocks_left = (limit - run.at) / period;
+        let mut rounds = clocks_left / round.clocks;
+        if round.words > 0 {
+            let words = u64::from(self.gpif.count.saturating_sub(1));
+            rounds = rounds.min(words / round.words);
+            let ep = &self.eps[index];
+            if ep.is_in() == run.transaction.writes() {
+                return false;
+            }
+            // Flags and hand-overs come with the last words of a buffer: those go one by one. Into a full
+            // FIFO nothing goes at all.
+            if !run.lost || !ep.fifo_stuck() {
+                rounds = rounds.min(ep.plain_words() as u64 / round.words);
+            }
+        }
+        if rounds == 0 {
+            return true;
+        }
+        let words = rounds * round.words;
+        if words > 0 {
+            self.eps[index].move_plain(words as usize, pins.fd);
+            self.gpif.count -= words as u32;
+            run.moved = true;
+        }
+        let steps = rounds * round.increments & 0x1FF;
+        self.gpif.address = (self.gpif.address + steps as u16) & 0x1FF;
+        run.edge += rounds * round.clocks;
+        run.at = run.clock.edge(run.edge);
+        let state = self.gpif.states[usize::from(run.state & 7)];
+        self.gpif_drive_data(run, &state);
+        true
+    }
+
+    /// One round from the state just entered back to it, if the count does not expire and flags stay as
+    /// they are; `None` if it does not come back, or does something that has to be looked at.
+    fn gpif_round(&self, run: &Run) -> Option<Round> {
+        let index = run.transaction.endpoint()?;
+        if run.state == IDLE || self.int.fifo_ie & 0x0FFF != 0 || self.gpif.count == 0 {
+            return None;
+        }
+        let mut round = Round::default();
+        let mut number = run.state;
+        for _ in 0..IDLE {
+            let state = self.gpif.states[usize::from(number & 7)];
+            let waits_for_level = state.looks_at(TERM_FLAG) && self.gpif_flag_is_level(index);
+            if state.opcode & (GINT | SGL) != 0 || waits_for_level {
+                return None;
+            }
+            let moves = if run.transaction.writes() { NEXT } else { DATA };
+            round.words += u64::from(state.opcode & moves != 0);
+            round.increments += u64::from(state.opcode & INCAD != 0);
+            round.clocks += u64::from(state.clocks);
+            let next = if state.decides() { self.gpif_decide(run, &state) } else { number + 1 };
+            if next == number && !state.repeats && round.words + round.increments > 0 {
+                return None; // it acts in its first clock only
+            }
+            number = next;
+            if number == IDLE {
+                return None;
+            }
+            if number == run.state {
+                return Some(round);
+            }
+        }
         None
     }
 
     /// One IFCLK edge: ends a clock of the present state and begins the next. True = finished.
-    fn gpif_edge(&mut self, run: &mut Run, board: &mut dyn Board) -> bool {
+    #[inline]
+    fn gpif_edge(&mut self, run: &mut Run, still: Option<Sensed>, board: &mut dyn Board) -> bool {
         let mut next = run.state;
         if run.state == IDLE {
             if !run.fresh && self.gpif_finished(run) {
@@ -251,43 +449,57 @@ impl Chip {
             run.moved = false;
             next = 0;
         } else {
-            let State { length: branch, opcode, logic, .. } =
-                self.gpif.states[usize::from(run.state & 7)];
-            if opcode & DP == 0 {
-                run.left -= 1;
-                if run.left == 0 {
-                    self.gpif_act(run, opcode, board);
-                    next = run.state + 1;
-                }
+            let state = self.gpif.states[usize::from(run.state & 7)];
+            let acts = if state.decides() {
+                run.fresh || state.repeats
             } else {
-                if run.fresh || branch & REEXECUTE != 0 {
-                    self.gpif_act(run, opcode, board);
-                }
-                next = if self.gpif_decide(run, logic) { branch >> 3 & 7 } else { branch & 7 };
+                run.left -= 1;
+                run.left == 0
+            };
+            if acts && state.opcode & (DATA | NEXT | INCAD) != 0 {
+                self.gpif_act(run, state.opcode, still, board);
+            }
+            if state.decides() {
+                next = self.gpif_decide(run, &state);
+            } else if acts {
+                next += 1;
             }
         }
-        let entered = next != run.state;
-        run.fresh = entered;
+        run.fresh = next != run.state;
         run.state = next;
-        if entered {
-            self.gpif_enter(run);
-            if next == IDLE && run.transaction.endpoint().is_none() {
+        if next == IDLE {
+            return self.gpif_idle(run, still, board);
+        }
+        let state = self.gpif.states[usize::from(next & 7)];
+        if run.fresh {
+            self.gpif_enter(run, &state);
+        }
+        self.gpif_drive_data(run, &state);
+        self.gpif_look(run, still, board);
+        false
+    }
+
+    /// A pass is over. True = so is the transaction.
+    fn gpif_idle(&mut self, run: &mut Run, still: Option<Sensed>, board: &mut dyn Board) -> bool {
+        if run.fresh {
+            self.update_idle_pins();
+            self.driven.gpifadr = self.gpif.address;
+            if run.transaction.endpoint().is_none() {
                 return true;
             }
-        } else {
-            self.gpif_drive_data(run);
         }
+        self.gpif_look(run, still, board);
+        run.fresh = false;
+        self.gpif_finished(run)
+    }
+
+    /// The flip-flops behind the RDY pins. They run all the time; before S0 the pins count as steady.
+    #[inline]
+    fn gpif_look(&mut self, run: &mut Run, still: Option<Sensed>, board: &mut dyn Board) {
         if run.looks {
-            let pins = board.sense(run.at).rdy;
-            // The flip-flops run all the time; before S0 the pins count as steady.
+            let pins = still.map_or_else(|| board.sense(run.at).rdy, |pins| pins.rdy);
             run.ready = [pins, run.ready[0].unwrap_or(pins)].map(Some);
         }
-        if next == IDLE {
-            // The last pass ends the transaction on entering IDLE.
-            run.fresh = false;
-            return self.gpif_finished(run);
-        }
-        false
     }
 
     /// Whether a FIFO transaction ends now that a pass is over.
@@ -302,60 +514,59 @@ impl Chip {
             self.gpif.count = self.gpif.count.saturating_sub(1);
             run.moved = true;
         }
-        let stop_on_flag = self.reg(xdata::EP2GPIFFLGSEL + 1 + 8 * index as u16) & 1 != 0;
-        if stop_on_flag { self.gpif_flag(index) } else { self.gpif.count == 0 }
+        if self.gpif_stops_on_flag(index) { self.gpif_flag(index) } else { self.gpif.count == 0 }
+    }
+
+    fn gpif_stops_on_flag(&self, index: usize) -> bool {
+        self.reg(xdata::EP2GPIFFLGSEL + 1 + 8 * index as u16) & 1 != 0
     }
 
     /// Outputs at the beginning of a state.
-    fn gpif_enter(&mut self, run: &mut Run) {
-        if run.state == IDLE {
-            self.update_idle_pins();
-            self.driven.gpifadr = self.gpif.address;
-            return;
-        }
-        let State { length, opcode, output, .. } = self.gpif.states[usize::from(run.state & 7)];
-        run.left = match length {
-            _ if opcode & DP != 0 => 1,
-            0 => 256,
-            length => u16::from(length),
-        };
-        self.set_ctl(output);
-        self.gpif_drive_data(run);
-        if opcode & GINT != 0 {
+    #[inline]
+    fn gpif_enter(&mut self, run: &mut Run, state: &State) {
+        run.left = state.clocks;
+        self.driven.ctl = state.ctl;
+        self.driven.ctl_enable = state.ctl_enable;
+        if state.opcode & GINT != 0 {
             self.int.raise_fifo(fifo::GPIFWF);
             self.changed();
         }
     }
 
     /// FD and GPIFADR in the present state.
-    fn gpif_drive_data(&mut self, run: &Run) {
-        let opcode = self.gpif.states[usize::from(run.state & 7)].opcode;
+    #[inline]
+    fn gpif_drive_data(&mut self, run: &Run, state: &State) {
         self.driven.gpifadr = self.gpif.address;
-        if run.transaction.writes() && opcode & DATA != 0 {
-            self.driven.fd_enable = self.fd_mask();
-            let single = self.gpif.single_out;
-            self.driven.fd = match run.transaction {
-                Transaction::FifoWrite(index) if opcode & SGL == 0 => {
-                    self.eps[index].fifo_peek().unwrap_or(self.driven.fd)
-                }
-                _ => single,
-            } & self.driven.fd_enable;
-        } else {
+        if !state.drives {
             self.driven.fd_enable = 0;
+            return;
         }
+        self.driven.fd_enable = self.fd_mask();
+        let single = self.gpif.single_out;
+        self.driven.fd = match run.transaction {
+            Transaction::FifoWrite(index) if state.opcode & SGL == 0 => {
+                self.eps[index].fifo_peek().unwrap_or(self.driven.fd)
+            }
+            _ => single,
+        } & self.driven.fd_enable;
     }
 
     /// What the state does besides driving pins.
-    fn gpif_act(&mut self, run: &mut Run, opcode: u8, board: &mut dyn Board) {
+    fn gpif_act(
+        &mut self,
+        run: &mut Run,
+        opcode: u8,
+        still: Option<Sensed>,
+        board: &mut dyn Board,
+    ) {
+        let mut data = || still.map_or_else(|| board.sense(run.at).fd, |pins| pins.fd);
         match run.transaction {
-            Transaction::SingleRead if opcode & DATA != 0 => {
-                self.gpif.single_in = board.sense(run.at).fd;
-            }
+            Transaction::SingleRead if opcode & DATA != 0 => self.gpif.single_in = data(),
             Transaction::FifoRead(_) if opcode & (DATA | SGL) == DATA | SGL => {
-                self.gpif.single_in = board.sense(run.at).fd;
+                self.gpif.single_in = data();
             }
             Transaction::FifoRead(index) if opcode & DATA != 0 => {
-                let data = board.sense(run.at).fd;
+                let data = data();
                 let taken = self.eps[index].is_in() && self.eps[index].fifo_write(data);
                 self.gpif_moved(run, taken);
             }
@@ -373,7 +584,7 @@ impl Chip {
     fn gpif_moved(&mut self, run: &mut Run, taken: bool) {
         run.moved = true;
         self.gpif.count = self.gpif.count.saturating_sub(1);
-        if !taken {
+        if !taken && !std::mem::replace(&mut run.lost, true) {
             // No instruction is at fault at this moment.
             self.diagnostics.report(0, Rule::DataLost, 0, || {
                 "the GPIF moved a word into a full FIFO, out of an empty one, or against the \
@@ -384,28 +595,26 @@ impl Chip {
         self.fifo_flags_changed();
     }
 
-    fn gpif_decide(&self, run: &Run, logic: u8) -> bool {
-        let a = self.gpif_term(run, logic >> 3 & 7);
-        let b = self.gpif_term(run, logic & 7);
-        match logic >> 6 {
-            0 => a && b,
-            1 => a || b,
-            2 => a != b,
-            _ => !a && b,
+    /// The state that follows a deciding one.
+    #[inline]
+    fn gpif_decide(&self, run: &Run, state: &State) -> u8 {
+        let [a, b] = state.terms.map(|term| u8::from(self.gpif_term(run, term)));
+        state.branches[usize::from(state.outcomes >> (2 * a + b) & 1)]
+    }
+
+    #[inline]
+    fn gpif_term(&self, run: &Run, term: u8) -> bool {
+        match term {
+            TERM_RDY5 if run.count_is_ready5 => self.gpif.count == 0,
+            TERM_FLAG => run.transaction.endpoint().is_some_and(|index| self.gpif_flag(index)),
+            TERM_INTRDY => run.internal_ready,
+            pin => run.ready[usize::from(run.delayed)].is_some_and(|pins| pins >> pin & 1 != 0),
         }
     }
 
-    fn gpif_term(&self, run: &Run, term: u8) -> bool {
-        let config = self.reg(xdata::GPIFREADYCFG);
-        match term {
-            5 if config & TCXRDY5 != 0 => self.gpif.count == 0,
-            0..=5 => {
-                let pins = run.ready[usize::from(config & SAS == 0)];
-                pins.is_some_and(|pins| pins >> term & 1 != 0)
-            }
-            6 => run.transaction.endpoint().is_some_and(|index| self.gpif_flag(index)),
-            _ => config & INTRDY != 0,
-        }
+    /// Whether that flag depends on every word, not on whole buffers.
+    fn gpif_flag_is_level(&self, index: usize) -> bool {
+        self.reg(xdata::EP2GPIFFLGSEL + 8 * index as u16) & 3 == 0
     }
 
     /// The flag that EPxGPIFFLGSEL selects.

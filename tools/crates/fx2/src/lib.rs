@@ -159,6 +159,7 @@ impl Fx2 {
         while self.chip.tick < target && !self.chip.stop {
             self.advance(target, board);
         }
+        self.chip.gpif_catch_up(board);
         self.now()
     }
 
@@ -166,6 +167,7 @@ impl Fx2 {
     #[inline]
     fn advance(&mut self, target: u64, board: &mut dyn Board) {
         if self.chip.tick >= self.chip.next_event {
+            self.chip.gpif_catch_up(board);
             self.chip.settle(board);
         }
         if self.chip.release {
@@ -181,10 +183,9 @@ impl Fx2 {
         let cycles = self.cpu.step(&mut View { chip: &mut self.chip, board });
         self.cycles += u64::from(cycles);
         self.chip.tick += u64::from(cycles) * self.chip.cycle;
-        if self.chip.gpif.busy() {
-            self.chip.gpif_run(tick_to_ps(self.chip.tick), board);
-        }
+        self.chip.gpif_follow(board);
         if self.chip.dirty {
+            self.chip.gpif_catch_up(board);
             self.chip.settle(board);
         }
     }

@@ -69,6 +69,13 @@ pub trait Board {
     fn end_slice(&mut self) -> bool {
         false
     }
+
+    /// The levels on all pins, if they never change and nobody looks at what the GPIF drives: that
+    /// spares a GPIF at work a call at every edge. [`Board::drive`] then only shows what is driven
+    /// when the chip's slice ends.
+    fn still_pins(&self) -> Option<Sensed> {
+        None
+    }
 }
 
 /// A chip on no board: pull-ups, and nobody answers on I2C.
@@ -95,4 +102,8 @@ impl Board for Unconnected {
     }
 
     fn i2c_stop(&mut self, _now: Ps) {}
+
+    fn still_pins(&self) -> Option<Sensed> {
+        Some(Sensed::default())
+    }
 }

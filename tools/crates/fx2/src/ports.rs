@@ -73,7 +73,7 @@ impl Chip {
 
     /// Works out CTL and FD for a GPIF at rest, or the flags of the slave FIFO.
     pub(crate) fn update_idle_pins(&mut self) {
-        self.set_ctl(self.reg(xdata::GPIFIDLECTL));
+        (self.driven.ctl, self.driven.ctl_enable) = self.ctl_pins(self.reg(xdata::GPIFIDLECTL));
         let drive = self.ifcfg() == IFCFG_GPIF && self.reg(xdata::GPIFIDLECS) & 1 != 0;
         self.driven.fd_enable = if drive { self.fd_mask() } else { 0 };
         if self.ifcfg() == IFCFG_SLAVE {
@@ -88,17 +88,15 @@ impl Chip {
         if self.word_wide() { 0xFFFF } else { 0x00FF }
     }
 
-    /// Puts an OUTPUT byte (or GPIFIDLECTL, which has the same form) on `CTL[5:0]`.
-    pub(crate) fn set_ctl(&mut self, output: u8) {
+    /// Levels and enables of `CTL[5:0]` for an OUTPUT byte (or GPIFIDLECTL, which has the same form).
+    pub(crate) fn ctl_pins(&self, output: u8) -> (u8, u8) {
         let config = self.reg(xdata::GPIFCTLCFG);
         if config & TRICTL != 0 {
             // CTL[3:0] with their enables above them; CTL5 and CTL4 are not available.
-            self.driven.ctl = output & 0x0F;
-            self.driven.ctl_enable = output >> 4;
+            (output & 0x0F, output >> 4)
         } else {
-            self.driven.ctl = output & 0x3F;
             // An open-drain pin is driven only to 0.
-            self.driven.ctl_enable = 0x3F & !(config & output);
+            (output & 0x3F, 0x3F & !(config & output))
         }
     }
 

@@ -162,6 +162,7 @@ impl Chip {
         self.check_sync_delay(address);
         self.set_reg(address, value);
         self.changed();
+        self.gpif.quiet_until = 0;
         match address {
             ..0xE670 => self.write_setup_register(address, value),
             0xE670..0xE680 => self.write_io_register(address, value),
