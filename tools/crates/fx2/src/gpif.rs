@@ -371,20 +371,20 @@ impl Chip {
             return true;
         };
         let Some(round) = self.gpif_round(run) else { return false };
-        let clocks_left = (limit - run.at) / period;
-        let mut rounds = clocks_left / round.clocks;
-        if round.words > 0 {
-            let words = u64::from(self.gpif.count.saturating_sub(1));
-            rounds = rounds.min(words / round.words);
-            let ep = &self.eps[index];
+        let mut rounds = (limit - run.at) / period / round.clocks;
+        let ep = &self.eps[index];
+        let by_count = u64::from(self.gpif.count.saturating_sub(1)).checked_div(round.words);
+        if let Some(by_count) = by_count {
             if ep.is_in() == run.transaction.writes() {
                 return false;
             }
-            // Flags and hand-overs come with the last words of a buffer: those go one by one. Into a full
-            // FIFO nothing goes at all.
-            if !run.lost || !ep.fifo_stuck() {
-                rounds = rounds.min(ep.plain_words() as u64 / round.words);
-            }
+            rounds = rounds.min(by_count);
+        }
+        // Flags and hand-overs come with the last words of a buffer: those go one by one. Into a full FIFO
+        // nothing goes at all.
+        if !run.lost || !ep.fifo_stuck() {
+            let by_room = (ep.plain_words() as u64).checked_div(round.words);
+            rounds = by_room.map_or(rounds, |by_room| rounds.min(by_room));
         }
         if rounds == 0 {
             return true;
@@ -395,8 +395,8 @@ impl Chip {
             self.gpif.count -= words as u32;
             run.moved = true;
         }
-        let steps = rounds * round.increments & 0x1FF;
-        self.gpif.address = (self.gpif.address + steps as u16) & 0x1FF;
+        let steps = (rounds * round.increments % 0x200) as u16;
+        self.gpif.address = (self.gpif.address + steps) & 0x1FF;
         run.edge += rounds * round.clocks;
         run.at = run.clock.edge(run.edge);
         let state = self.gpif.states[usize::from(run.state & 7)];
