@@ -270,27 +270,30 @@ impl Endpoint {
 
     /// EPxBCL is written with `low`. IN: the active buffer becomes a packet of EPxBCH:L bytes.
     /// OUT: the packet goes on to the interface side, or with SKIP back to USB; with no packet there,
-    /// an idle buffer is armed.
+    /// an idle buffer is armed, if there is one left. A count of 0 is as good as SKIP (assumption, on
+    /// which firmware of usbdux boxes relies): the interface side never sees a packet without bytes.
     pub(crate) fn commit(&mut self, low: u8) -> Commit {
         let count = usize::from(self.count_high & 0x07) << 8;
         if self.is_in() {
             return self.commit_in(count | usize::from(low));
         }
-        let skip = low & SKIP != 0;
         let len = (count | usize::from(low)).min(PACKET_MAX);
+        let skip = low & SKIP != 0 || len == 0;
         match self.cpu.pop() {
             Some(buffer) if skip => self.usb.push(buffer),
             Some(buffer) => {
                 self.buffers[usize::from(buffer)].len = len;
                 self.fifo.push(buffer);
             }
-            None if skip && self.arm() => {}
+            None if skip => {
+                self.arm();
+            }
             None => match self.idle.pop() {
-                Some(buffer) if !skip => {
+                Some(buffer) => {
                     self.buffers[usize::from(buffer)].len = len;
                     self.fifo.push(buffer);
                 }
-                _ => return Commit::Nothing,
+                None => return Commit::Nothing,
             },
         }
         Commit::Done
@@ -330,7 +333,9 @@ impl Endpoint {
         match self.cpu.pop() {
             Some(buffer) if skip => self.usb.push(buffer),
             Some(buffer) => self.fifo.push(buffer),
-            None if skip && self.arm() => {}
+            None if skip => {
+                self.arm();
+            }
             None => return Commit::Nothing,
         }
         Commit::Done
@@ -577,8 +582,9 @@ mod tests {
         let mut ep = high_speed(0xA2);
         assert!(!ep.can_receive(), "nothing is armed after reset");
         ep.commit(SKIP);
+        ep.commit(0);
         ep.commit(SKIP);
-        assert_eq!(ep.commit(SKIP), Commit::Nothing, "double buffered");
+        assert_eq!(ep.usb.len, 2, "double buffered");
         ep.receive(&[1, 2, 3]);
         ep.receive(&[4]);
         assert!(!ep.can_receive() && ep.cpu_full());
