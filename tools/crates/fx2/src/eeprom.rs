@@ -234,5 +234,10 @@ mod tests {
         let c2 = c2_image(&image, ID, BootConfig { fast: false, disconnected: true });
         assert_eq!(c2[..8], [0xC2, 0x09, 0x12, 0x01, 0x00, 0x01, 0x01, 0x40]);
         assert_eq!(c2[8..], [0, 2, 0, 0, 0xAA, 0xBB, 0x80, 0x01, 0xE6, 0x00, 0x00]);
+        assert_eq!(Image::c2(&c2), Ok(image));
+        // The last record's data starts the CPU; what it is does not matter here.
+        for end in 0..c2.len() - 1 {
+            assert_eq!(Image::c2(&c2[..end]), Err(ImageError::NoEnd), "cut at {end}");
+        }
     }
 }

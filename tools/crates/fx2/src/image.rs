@@ -91,6 +91,27 @@ impl Image {
         Self::from_bytes(&all)
     }
 
+    /// What the chip loads from an EEPROM that holds the C2 image `bytes` (TRM 3.4.3).
+    ///
+    /// # Errors
+    /// If the records do not end within `bytes`.
+    pub fn c2(bytes: &[u8]) -> Result<Self, ImageError> {
+        const HEADER: usize = 8;
+        const LAST: u8 = 0x80;
+        let mut all = Vec::new();
+        let mut rest = bytes.get(HEADER..).ok_or(ImageError::NoEnd)?;
+        loop {
+            let (head, behind) = rest.split_first_chunk::<4>().ok_or(ImageError::NoEnd)?;
+            if head[0] & LAST != 0 {
+                return Self::from_bytes(&all);
+            }
+            let length = usize::from(u16::from_be_bytes([head[0] & 3, head[1]]));
+            let (data, behind) = behind.split_at_checked(length).ok_or(ImageError::NoEnd)?;
+            put(&mut all, u32::from(u16::from_be_bytes([head[2], head[3]])), data)?;
+            rest = behind;
+        }
+    }
+
     /// An image of either kind: Intel HEX if the first visible character is a colon.
     ///
     /// # Errors

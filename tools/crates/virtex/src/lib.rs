@@ -5,6 +5,7 @@ pub mod config;
 pub mod design;
 pub mod diagnostics;
 pub mod fpga;
+pub mod listing;
 pub mod logic;
 pub mod packet;
 pub mod part;

@@ -63,6 +63,17 @@ impl Entry {
     /// # Errors
     /// If it is not a whole, full XCV300E bitstream, or if there is no such slot.
     pub fn from_file(slot: u8, file: &[u8], name: String) -> Result<Self, Error> {
+        match Self::of_any_kind(slot, file, name)? {
+            (entry, Kind::Full) => Ok(entry),
+            (_, Kind::Partial) => Err(Error::Partial),
+        }
+    }
+
+    /// The same for a bitstream that may be a partial one.
+    ///
+    /// # Errors
+    /// If it is not a whole XCV300E bitstream, or if there is no such slot.
+    pub fn of_any_kind(slot: u8, file: &[u8], name: String) -> Result<(Self, Kind), Error> {
         if u32::from(slot) >= SLOT_COUNT {
             return Err(Error::Slot(slot));
         }
@@ -70,15 +81,12 @@ impl Entry {
         if summary.part != &XCV300E {
             return Err(Error::Part(summary.part.name));
         }
-        if summary.kind == Kind::Partial {
-            return Err(Error::Partial);
-        }
         let function = summary.design.map_or(0, |design| design.function.code());
         let stream = file[summary.offset..summary.offset + summary.length].to_vec();
         if stream.len() > BANK_HEADER_AT as usize {
             return Err(Error::TooLong(stream.len()));
         }
-        Ok(Self { slot, name, function, stream })
+        Ok((Self { slot, name, function, stream }, summary.kind))
     }
 }
 
@@ -102,7 +110,9 @@ pub fn pack(entries: &[Entry], default: u8) -> Vec<u8> {
     image
 }
 
-fn header(entry: &Entry) -> SlotHeader {
+/// The header that goes with an entry, generation 1.
+#[must_use]
+pub fn header(entry: &Entry) -> SlotHeader {
     let mut header = SlotHeader {
         function: entry.function,
         length: entry.stream.len() as u32,
@@ -196,7 +206,7 @@ pub fn scan(image: &[u8]) -> Result<Vec<Slot>, Error> {
                 }
             }
         }
-        slots.push(describe(image, slot, find_bank(image, slot)));
+        slots.push(describe(image, slot));
     }
     let [default, golden] = newest.map(|mark| mark.map(|(_, slot)| slot));
     for slot in &mut slots {
@@ -206,18 +216,19 @@ pub fn scan(image: &[u8]) -> Result<Vec<Slot>, Error> {
     Ok(slots)
 }
 
+/// Bytes from a bank's header up to its records: they tell how the bank stands.
+pub const TAIL_SIZE: usize = (BANK_RECORDS_AT - BANK_HEADER_AT) as usize;
+
 /// The bank that counts: whole header, commit word, highest generation.
-fn find_bank(image: &[u8], slot: u8) -> Option<(u32, SlotHeader)> {
-    let whole = |bank: u32| {
-        let bytes = &image[bank_address(slot, bank)..];
-        let commit = &bytes[BANK_COMMIT_AT as usize..][..4];
-        if commit != SLOT_COMMIT_WORD.to_be_bytes() {
+fn find_bank(tails: [&[u8; TAIL_SIZE]; SLOT_BANKS as usize]) -> Option<(u32, SlotHeader)> {
+    let whole = |(bank, tail): (u32, &[u8; TAIL_SIZE])| {
+        let (wire, rest) = tail.split_first_chunk::<SLOT_HEADER_SIZE>()?;
+        if !rest.starts_with(&SLOT_COMMIT_WORD.to_be_bytes()) {
             return None;
         }
-        let (wire, _) = bytes[BANK_HEADER_AT as usize..].split_first_chunk::<SLOT_HEADER_SIZE>()?;
         slot_header_decode(wire).ok().map(|header| (bank, header))
     };
-    let banks = (0..SLOT_BANKS).filter_map(whole);
+    let banks = (0..).zip(tails).filter_map(whole);
     banks.reduce(|best, next| if next.1.generation > best.1.generation { next } else { best })
 }
 
@@ -238,30 +249,39 @@ fn records(image: &[u8], bank: usize) -> [Option<u32>; 2] {
     newest
 }
 
-fn describe(image: &[u8], slot: u8, found: Option<(u32, SlotHeader)>) -> Slot {
-    let Some((bank, header)) = found else {
-        let erased = (0..SLOT_BANKS).all(|bank| {
-            let tail = &image[bank_address(slot, bank) + BANK_HEADER_AT as usize..];
-            tail[..(BANK_RECORDS_AT - BANK_HEADER_AT) as usize].iter().all(|&byte| byte == 0xFF)
-        });
-        return Slot {
-            slot,
-            state: if erased { State::Empty } else { State::Unfinished },
-            bank: 0,
-            function: 0,
-            length: 0,
-            generation: 0,
-            part: String::new(),
-            name: String::new(),
-            default: false,
-            golden: false,
-        };
-    };
-    let stream = &image[bank_address(slot, bank)..][..header.length as usize];
-    let whole = crc32(stream) == header.crc32;
-    Slot {
-        slot,
-        state: if whole { State::Whole } else { State::Damaged },
+fn tail_of(image: &[u8], slot: u8, bank: u32) -> &[u8; TAIL_SIZE] {
+    let tail = &image[bank_address(slot, bank) + BANK_HEADER_AT as usize..];
+    tail.first_chunk().expect("a tail lies within its bank")
+}
+
+fn describe(image: &[u8], number: u8) -> Slot {
+    let (mut slot, header) = slot_of(number, [0, 1].map(|bank| tail_of(image, number, bank)));
+    if let Some(header) = header {
+        let stream = &image[bank_address(number, slot.bank)..][..header.length as usize];
+        if crc32(stream) != header.crc32 {
+            slot.state = State::Damaged;
+        }
+    }
+    slot
+}
+
+/// How slot `number` stands as its banks' `tails` tell it, and the header of the bank that counts. A
+/// bitstream is believed to be whole without having been looked at, and marks are not told.
+#[must_use]
+pub fn slot_of(
+    number: u8,
+    tails: [&[u8; TAIL_SIZE]; SLOT_BANKS as usize],
+) -> (Slot, Option<SlotHeader>) {
+    let found = find_bank(tails);
+    let erased = tails.iter().all(|tail| tail.iter().all(|&byte| byte == 0xFF));
+    let (bank, header) = found.unwrap_or_default();
+    let slot = Slot {
+        slot: number,
+        state: match (found, erased) {
+            (Some(_), _) => State::Whole,
+            (None, true) => State::Empty,
+            (None, false) => State::Unfinished,
+        },
         bank,
         function: header.function,
         length: header.length,
@@ -270,7 +290,8 @@ fn describe(image: &[u8], slot: u8, found: Option<(u32, SlotHeader)>) -> Slot {
         name: get_text(&header.name),
         default: false,
         golden: false,
-    }
+    };
+    (slot, found.map(|(_, header)| header))
 }
 
 #[cfg(test)]
