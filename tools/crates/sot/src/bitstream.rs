@@ -1,6 +1,6 @@
-//! `sot bitstream`: make, check and pack FPGA bitstreams.
+//! `sot bitstream`: make, show, check and pack FPGA bitstreams.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use anyhow::{Context, Result, anyhow};
@@ -9,11 +9,12 @@ use common_sys::constants as c;
 use serde_json::json;
 use virtex::bitstream::{self, BitHeader, Kind, Options, Summary};
 use virtex::design::Function;
+use virtex::listing::{Packet, packets};
 use virtex::store;
 
 use crate::output::{Usage, read_file, write_file};
 
-/// Make, check and pack FPGA bitstreams
+/// Make, show, check and pack FPGA bitstreams
 ///
 /// A bitstream made here is structurally valid, packet by packet and check sum by check sum, and
 /// names the function that the twin's FPGA model takes on. It is for the TWIN ONLY: a real FPGA needs
@@ -21,6 +22,7 @@ use crate::output::{Usage, read_file, write_file};
 #[derive(Subcommand)]
 pub enum Command {
     Make(MakeArgs),
+    Info(InfoArgs),
     Check(CheckArgs),
     Pack(PackArgs),
 }
@@ -32,7 +34,8 @@ pub enum Command {
 #[command(after_help = "\
 Examples:
   sot bitstream make soccer -o soccer.bin
-  sot bitstream make capture -o capture.bit --name 'raw frames'")]
+  sot bitstream make capture -o capture.bit --name 'raw frames'
+  sot bitstream make capture --partial -o change.bin")]
 pub struct MakeArgs {
     /// What the FPGA model becomes: soccer (detectors and reports) or capture (raw frames only)
     #[arg(value_parser = Function::from_str)]
@@ -46,6 +49,33 @@ pub struct MakeArgs {
     /// Another seed gives other frame contents
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Make a partial bitstream, which changes a running design into this one
+    #[arg(long)]
+    partial: bool,
+}
+
+/// Show what is in bitstreams
+///
+/// Header, part, kind, and what the check found; with --packets every packet. A damaged file is shown
+/// as far as it can be understood.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  sot bitstream info soccer.bit
+  sot bitstream info soccer.bit --packets
+  sot bitstream info soccer.bit --json      one JSON object a file, with its packets
+
+Exit code 1 if the FPGA would not take it.")]
+pub struct InfoArgs {
+    /// Files to show, .bit or raw
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// Show every packet
+    #[arg(long)]
+    packets: bool,
+    /// Print one JSON object a file
+    #[arg(long)]
+    json: bool,
 }
 
 /// Check bitstreams as the FPGA would, packet by packet
@@ -96,6 +126,7 @@ fn parse_slot(text: &str) -> Result<(u8, PathBuf), String> {
 pub fn run(command: &Command) -> Result<()> {
     match command {
         Command::Make(args) => make(args),
+        Command::Info(args) => info(args),
         Command::Check(args) => check(args),
         Command::Pack(args) => pack(args),
     }
@@ -112,7 +143,11 @@ fn make(args: &MakeArgs) -> Result<()> {
         .into());
     }
     let options = Options { name: name.clone(), seed: args.seed, ..Options::default() };
-    let raw = bitstream::make(args.function, &options);
+    let raw = if args.partial {
+        bitstream::make_partial(args.function, &options)
+    } else {
+        bitstream::make(args.function, &options)
+    };
     let is_bit = args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("bit"));
     let bytes = if is_bit {
         let header = BitHeader {
@@ -136,6 +171,100 @@ fn make(args: &MakeArgs) -> Result<()> {
     Ok(())
 }
 
+fn info(args: &InfoArgs) -> Result<()> {
+    let mut bad = Vec::new();
+    for path in &args.files {
+        if let Err(error) = show(args, path) {
+            bad.push(format!("{}: {error:#}", path.display()));
+        }
+    }
+    all_good(&bad)
+}
+
+/// Shows one file; the error is why the FPGA would not take it.
+fn show(args: &InfoArgs, path: &Path) -> Result<()> {
+    let file = read_file(path)?;
+    let verdict = bitstream::check(&file);
+    let (header, offset, length) = bitstream::split_bit(&file)?;
+    let list = packets(&file[offset..offset + length]);
+    if args.json {
+        let error = verdict.as_ref().err().map(ToString::to_string);
+        let mut object = json!({
+            "file": path,
+            "ok": verdict.is_ok(),
+            "error": error,
+            "header": header.as_ref().map(|header| json!({
+                "design": header.design,
+                "part": header.part,
+                "date": header.date,
+                "time": header.time,
+            })),
+            "offset": offset,
+            "bytes": length,
+            "packets": list.iter().map(packet_as_json).collect::<Vec<_>>(),
+        });
+        if let (Ok(summary), Some(object)) = (&verdict, object.as_object_mut()) {
+            for (key, value) in as_json(path, summary).as_object().into_iter().flatten() {
+                object.insert(key.clone(), value.clone());
+            }
+        }
+        println!("{object}");
+    } else {
+        println!("{}", path.display());
+        print_info(header.as_ref(), offset, length, verdict.as_ref().ok());
+        if args.packets {
+            list.iter().for_each(|packet| print_packet(packet, offset));
+        } else {
+            let wrong = list.iter().filter(|packet| packet.bad).count();
+            println!("  packets   {}, {wrong} of them bad", list.len());
+        }
+    }
+    verdict.map(|_| ()).map_err(anyhow::Error::from)
+}
+
+fn print_info(header: Option<&BitHeader>, offset: usize, length: usize, summary: Option<&Summary>) {
+    match header {
+        Some(header) => println!(
+            "  header    {} for {}, {} {}, {offset} bytes",
+            header.design, header.part, header.date, header.time
+        ),
+        None => println!("  header    none, raw"),
+    }
+    println!("  stream    {length} bytes");
+    if let Some(summary) = summary {
+        println!("  check     ok, {}", in_words(summary));
+        let persist = if summary.persist { "stays one" } else { "is given up" };
+        println!("  options   COR {:08X}; the configuration port {persist}", summary.cor);
+    }
+}
+
+fn print_packet(packet: &Packet, offset: usize) {
+    let Packet { what, words, value, meaning, bad, .. } = packet;
+    let at = packet.offset + offset;
+    let value = value.map_or(format!("{words} words"), |value| format!("{value:08X}"));
+    let mark = if *bad { " <--" } else { "" };
+    println!("  {at:>8}  {what:<12} {value:<12} {meaning}{mark}");
+}
+
+fn packet_as_json(packet: &Packet) -> serde_json::Value {
+    json!({
+        "offset": packet.offset,
+        "what": packet.what,
+        "words": packet.words,
+        "value": packet.value,
+        "meaning": packet.meaning,
+        "bad": packet.bad,
+    })
+}
+
+fn all_good(bad: &[String]) -> Result<()> {
+    match bad.split_first() {
+        None => Ok(()),
+        Some((first, [])) => Err(anyhow!("{first}")),
+        Some((first, more)) => Err(anyhow!("{first}; and {} more files are bad", more.len())),
+    }
+}
+
 fn check(args: &CheckArgs) -> Result<()> {
     let mut bad = Vec::new();
     for path in &args.files {
@@ -155,14 +284,10 @@ fn check(args: &CheckArgs) -> Result<()> {
             }
         }
     }
-    match bad.split_first() {
-        None => Ok(()),
-        Some((first, [])) => Err(anyhow!("{first}")),
-        Some((first, more)) => Err(anyhow!("{first}; and {} more files are bad", more.len())),
-    }
+    all_good(&bad)
 }
 
-fn as_json(path: &std::path::Path, summary: &Summary) -> serde_json::Value {
+fn as_json(path: &Path, summary: &Summary) -> serde_json::Value {
     json!({
         "file": path,
         "ok": true,

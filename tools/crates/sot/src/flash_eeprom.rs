@@ -67,7 +67,8 @@ impl Wanted {
         }
         let bytes = read_program(path)?;
         let cannot = || format!("{} cannot be used", path.display());
-        let (image, program) = if bytes.first().map(|&byte| u32::from(byte)) == Some(c::EEPROM_BOOT) {
+        let (image, program) = if bytes.first().map(|&byte| u32::from(byte)) == Some(c::EEPROM_BOOT)
+        {
             let program = Image::c2(&bytes).with_context(cannot)?;
             (bytes, program)
         } else {
@@ -101,8 +102,7 @@ pub fn put(
     dry_run: bool,
 ) -> Result<(Box<dyn Device>, Vec<Outcome>)> {
     let identity = device.identity();
-    let ours = select::is_turret(identity)
-        && u32::from(identity.release >> 8) == c::USB_API_LEVEL;
+    let ours = select::is_turret(identity) && u32::from(identity.release >> 8) == c::USB_API_LEVEL;
     if !ours && !select::is_turret(identity) && !select::is_blank(identity) {
         bail!(
             "{} is {:04x}:{:04x}: neither a turret nor a blank FX2",

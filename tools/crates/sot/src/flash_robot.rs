@@ -34,12 +34,15 @@ use crate::robot_args::{Action, Outcome, RobotArgs};
 /// Everything is read and checked before the first byte is written. A line a part, then one verdict: fit
 /// to play if every part is as the manifest says and the FPGA runs from its default slot.
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment, after_help = "\
+#[command(
+    verbatim_doc_comment,
+    after_help = "\
 Examples:
   sot flash robot team.toml --dry-run
   sot flash robot team.toml --robot usb:SOT000000042 --json
 
-Exit code 0: fit to play. 1: not, or with --dry-run: something would have to be written.")]
+Exit code 0: fit to play. 1: not, or with --dry-run: something would have to be written."
+)]
 pub struct ManifestArgs {
     /// The manifest
     manifest: PathBuf,
@@ -156,7 +159,8 @@ pub fn run(args: &ManifestArgs) -> Result<()> {
 fn turret_parts(args: &ManifestArgs, plan: &Plan, tell: &mut dyn FnMut(Outcome)) -> Result<()> {
     let mut device = args.robot.device()?;
     if let Some(wanted) = &plan.eeprom {
-        let (back, outcomes) = flash_eeprom::put(device, wanted, args.loader.as_deref(), args.dry_run)?;
+        let (back, outcomes) =
+            flash_eeprom::put(device, wanted, args.loader.as_deref(), args.dry_run)?;
         device = back;
         outcomes.into_iter().for_each(&mut *tell);
     }

@@ -205,7 +205,9 @@ fn status(args: &StatusArgs) -> Result<()> {
         println!("{}", status_in_words(&status));
     }
     if status.done == 0 {
-        bail!("the FPGA runs no design; `sot fpga boot SLOT` or `sot flash fpga FILE` configures it");
+        bail!(
+            "the FPGA runs no design; `sot fpga boot SLOT` or `sot flash fpga FILE` configures it"
+        );
     }
     Ok(())
 }
@@ -264,7 +266,9 @@ fn verify_slot(turret: &mut Turret, slot: u8, wanted: Option<&Entry>) -> Result<
     let (header, bytes) = read?;
     match wanted {
         None => Ok(format!("ok, {} bytes, check sum {:08x}", bytes.len(), header.crc32)),
-        Some(entry) if entry.stream == bytes => Ok(format!("ok, {} bytes as in the file", bytes.len())),
+        Some(entry) if entry.stream == bytes => {
+            Ok(format!("ok, {} bytes as in the file", bytes.len()))
+        }
         Some(entry) if entry.stream.len() != bytes.len() => bail!(
             "slot {slot} holds {} bytes, the file {}: another bitstream",
             bytes.len(),

@@ -145,7 +145,10 @@ pub fn info(args: &InfoArgs) -> Result<()> {
         return Ok(());
     }
     println!("robot     {}", identity.name);
-    println!("serial    {}", identity.serial.as_deref().unwrap_or("none; `sot flash eeprom --serial`"));
+    println!(
+        "serial    {}",
+        identity.serial.as_deref().unwrap_or("none; `sot flash eeprom --serial`")
+    );
     println!(
         "firmware  API level {}, board revision {}, {} speed",
         identity.release >> 8,
@@ -156,7 +159,11 @@ pub fn info(args: &InfoArgs) -> Result<()> {
     println!("fpga      {}", status_in_words(&status));
     match slots {
         Ok(slots) => {
-            println!("slots     {} of {} used", slots.iter().filter(|s| is_used(s)).count(), slots.len());
+            println!(
+                "slots     {} of {} used",
+                slots.iter().filter(|s| is_used(s)).count(),
+                slots.len()
+            );
             slots.iter().filter(|slot| is_used(slot)).for_each(print_slot);
         }
         Err(error) => println!("slots     {error}"),
@@ -168,7 +175,9 @@ pub fn info(args: &InfoArgs) -> Result<()> {
 fn boots_from(turret: &mut Turret) -> Result<String, String> {
     let first = turret.read_eeprom(0..8).map_err(|error| error.to_string())?;
     Ok(match first.first() {
-        Some(&byte) if u32::from(byte) == c::EEPROM_BOOT => "boots our firmware's kind (C2)".to_owned(),
+        Some(&byte) if u32::from(byte) == c::EEPROM_BOOT => {
+            "boots our firmware's kind (C2)".to_owned()
+        }
         Some(0xC0) => "holds an identity only (C0): the turret starts blank".to_owned(),
         _ => "empty: the turret starts blank".to_owned(),
     })

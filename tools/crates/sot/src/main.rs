@@ -5,12 +5,19 @@ mod detect;
 mod disparity;
 mod eyes;
 mod fifo_master;
+mod flash;
+mod flash_eeprom;
+mod flash_robot;
+mod fpga;
 mod interrupt;
+mod list;
 mod output;
 mod play;
 mod pty;
+mod robot_args;
 mod twin;
 mod twin_khepera;
+mod twin_robot;
 
 use std::process::ExitCode;
 
@@ -27,8 +34,8 @@ const EXIT_USAGE: u8 = 2;
 const EXIT_CODES: &str = "\
 Exit codes:
   0    done
-  1    the job failed: a file missing, truncated or unreadable, a check not passed
-  2    wrong use: unknown option, value out of range
+  1    the job failed: a file missing, truncated or unreadable, a check not passed, no robot found
+  2    wrong use: unknown option, value out of range, several robots and none named
   130  interrupted by Ctrl-C";
 
 /// StereoSot: the software of a stereoscopic Khepera soccer robot, and its desk-top twin.
@@ -48,6 +55,12 @@ enum Verb {
     Bitstream(bitstream::Command),
     #[command(subcommand)]
     Twin(twin::Command),
+    List(list::ListArgs),
+    Info(list::InfoArgs),
+    #[command(subcommand)]
+    Flash(flash::Command),
+    #[command(subcommand)]
+    Fpga(fpga::Command),
 }
 
 fn main() -> ExitCode {
@@ -64,6 +77,10 @@ fn main() -> ExitCode {
         Verb::Disparity(args) => disparity::run(&args),
         Verb::Bitstream(command) => bitstream::run(&command),
         Verb::Twin(command) => twin::run(&command),
+        Verb::List(args) => list::list(&args),
+        Verb::Info(args) => list::info(&args),
+        Verb::Flash(command) => flash::run(&command),
+        Verb::Fpga(command) => fpga::run(&command),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -403,26 +403,29 @@ fn load_images(args: &Args) -> Result<Images> {
         None => default_flash()?,
     };
     Ok(Images {
-        fx2: read_image(args.fx2_image.as_deref(), "fx2-firmware/fx2-firmware.ihx")?,
+        fx2: read_image(args.fx2_image.as_deref(), FX2_IMAGE)?,
         khepera: read_image(args.khepera_image.as_deref(), KHEPERA_IMAGE)?,
         flash,
     })
 }
 
 /// The flash of a robot as it leaves the workshop: the soccer bitstream in slot 0.
-fn default_flash() -> Result<Vec<u8>> {
+pub fn default_flash() -> Result<Vec<u8>> {
     let stream = bitstream::make(Function::Soccer, &bitstream::Options::default());
     let entry = store::Entry::from_file(0, &stream, Function::Soccer.name().to_owned())?;
     Ok(store::pack(&[entry], 0))
 }
 
-fn read_image(given: Option<&Path>, built: &str) -> Result<Vec<u8>> {
+/// The bytes of an image, the one just built if none is given.
+pub fn read_image(given: Option<&Path>, built: &str) -> Result<Vec<u8>> {
     match given {
         Some(path) => read_file(path),
         None => read_file(&built_image(built)?),
     }
 }
 
+/// The turret's program in the build folder.
+pub const FX2_IMAGE: &str = "fx2-firmware/fx2-firmware.ihx";
 /// The base's program in the build folder.
 pub const KHEPERA_IMAGE: &str = "khepera-firmware/khepera-firmware.elf";
 

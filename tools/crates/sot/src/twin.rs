@@ -1,4 +1,4 @@
-//! `sot twin`: one chip of the robot alone, for whoever develops its firmware.
+//! `sot twin`: a robot, or one chip of it alone, for whoever develops its firmware.
 
 use std::fs::File;
 use std::io::Read;
@@ -16,16 +16,19 @@ use fx2::pins::{Board, Driven, Sensed};
 use fx2::{Config, Fx2, Ram, Speed};
 use serde_json::{Value, json};
 use sim::{MS, Ps, SECOND};
+use turret_link::registry::{Kind, Twin};
 use usbredir::{Event, Notice, Options};
 
 use crate::fifo_master::CountingMaster;
 use crate::interrupt::{self, Interrupted};
 use crate::output::{Usage, write_file};
 use crate::twin_khepera::{self, KheperaArgs};
+use crate::twin_robot::{self, RobotTwinArgs, listed};
 
-/// Run one chip of the robot alone
+/// Run a robot, or one chip of it alone
 #[derive(Subcommand)]
 pub enum Command {
+    Robot(RobotTwinArgs),
     Fx2(Fx2Args),
     Khepera(KheperaArgs),
 }
@@ -89,7 +92,7 @@ enum RamSize {
 
 /// Bus speeds.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum BusSpeed {
+pub enum BusSpeed {
     /// 480 Mbit/s
     High,
     /// 12 Mbit/s
@@ -139,6 +142,7 @@ pub fn parse_seconds(text: &str) -> Result<f64, String> {
 /// Run the verb.
 pub fn run(command: &Command) -> Result<()> {
     match command {
+        Command::Robot(args) => twin_robot::run(args),
         Command::Fx2(args) => run_fx2(args),
         Command::Khepera(args) => twin_khepera::run(args),
     }
@@ -158,6 +162,10 @@ fn run_fx2(args: &Fx2Args) -> Result<()> {
     let mut board = EepromBoard { eeprom: args.eeprom.as_deref().map(read_eeprom).transpose()? };
     let contents = board.contents();
     let listener = listen(args)?;
+    let place = listener.as_ref().map(TcpListener::local_addr).transpose()?;
+    let _listed = place.and_then(|place| {
+        listed(&Twin { kind: Kind::Fx2, usbredir: Some(place.to_string()), serial: None })
+    });
 
     let stop = interrupt::watch();
     let duration = args.seconds.map(|seconds| (seconds * SECOND as f64) as Ps);
@@ -246,7 +254,7 @@ fn listen(args: &Fx2Args) -> Result<Option<TcpListener>> {
 }
 
 /// HOST:PORT, :PORT or PORT; this machine only if no host is named.
-fn parse_address(text: &str) -> Result<SocketAddr> {
+pub fn parse_address(text: &str) -> Result<SocketAddr> {
     let (host, port) = text.rsplit_once(':').unwrap_or(("", text));
     let wrong = || {
         Usage(format!("--usbredir {text}: write HOST:PORT or :PORT, for example 127.0.0.1:4000"))
@@ -263,7 +271,7 @@ fn parse_address(text: &str) -> Result<SocketAddr> {
 
 /// The device as a host last saw it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Identity {
+pub struct Identity {
     vendor: u16,
     product: u16,
     speed: Speed,
@@ -276,10 +284,19 @@ impl Identity {
             Speed::Full => "full",
         }
     }
+
+    /// For scripts.
+    pub fn as_json(self) -> Value {
+        json!({
+            "vendor": format!("{:04x}", self.vendor),
+            "product": format!("{:04x}", self.product),
+            "speed": self.speed_name(),
+        })
+    }
 }
 
 /// Serves clients, and says on standard error who comes and goes.
-fn serve(
+pub fn serve(
     listener: &TcpListener,
     link: &mut impl Link,
     speed: BusSpeed,
@@ -356,13 +373,7 @@ impl Report {
     }
 
     fn as_json(&self, chip: &Fx2) -> Value {
-        let usb = self.usb.map(|usb| {
-            json!({
-                "vendor": format!("{:04x}", usb.vendor),
-                "product": format!("{:04x}", usb.product),
-                "speed": usb.speed_name(),
-            })
-        });
+        let usb = self.usb.map(Identity::as_json);
         let diagnostics: Vec<Value> = chip
             .diagnostics()
             .iter()

@@ -308,7 +308,7 @@ impl Pace {
 }
 
 /// Carries characters between the pseudo-terminal and the base.
-struct Line {
+pub struct Line {
     pty: Pty,
     /// From the base, not yet taken by the client.
     to_client: Vec<u8>,
@@ -317,11 +317,18 @@ struct Line {
 }
 
 impl Line {
-    fn new(pty: Pty) -> Self {
+    /// A line at `pty`.
+    pub fn new(pty: Pty) -> Self {
         Self { pty, to_client: Vec::new(), full: false }
     }
 
-    fn forward(&mut self, base: &mut Base) -> Result<()> {
+    /// The device that clients open.
+    pub fn name(&self) -> &Path {
+        self.pty.name()
+    }
+
+    /// Carries what has come, both ways; to be called every millisecond or so.
+    pub fn forward(&mut self, base: &mut Base) -> Result<()> {
         let mut buffer = [0; LINE_QUEUE];
         let room = LINE_QUEUE.saturating_sub(base.serial_waiting());
         // Without room it only asks whether somebody is there.

@@ -253,7 +253,8 @@ impl Bench {
         for (page, bytes) in now.chunks(EEPROM_PAGE).enumerate() {
             let at = page * EEPROM_PAGE;
             if bytes != &self.eeprom[at..at + bytes.len()] {
-                file.write_all_at(bytes, at as u64).context("cannot keep the EEPROM in its file")?;
+                file.write_all_at(bytes, at as u64)
+                    .context("cannot keep the EEPROM in its file")?;
             }
         }
         self.eeprom = now.to_vec();
