@@ -233,6 +233,8 @@ fn print_info(header: Option<&BitHeader>, offset: usize, length: usize, summary:
     println!("  stream    {length} bytes");
     if let Some(summary) = summary {
         println!("  check     ok, {}", in_words(summary));
+    }
+    if let Some(summary) = summary.filter(|summary| summary.kind == Kind::Full) {
         let persist = if summary.persist { "stays one" } else { "is given up" };
         println!("  options   COR {:08X}; the configuration port {persist}", summary.cor);
     }
