@@ -4,8 +4,10 @@
  *
  *   bulk_client DEVICE_FILE in|out KIBIBYTES SEED
  *
- * "in" reads endpoint 0x86 and checks that it counts; "out" writes a counter to endpoint 0x02,
- * which the other side checks. Exit code 0 if everything arrived. */
+ * "in" reads endpoint 0x86 and checks that it counts: of what was cancelled, nothing may be
+ * missing. "out" writes a counter to endpoint 0x02, which the other side checks; of a cancelled
+ * write the client cannot know how much went out, so it goes on behind it and says "cancelled FIRST
+ * COUNT" in words. Exit code 0 if everything arrived. */
 #include <errno.h>
 #include <fcntl.h>
 #include <linux/usbdevice_fs.h>
@@ -25,8 +27,10 @@ enum { PAUSE_RATE = 8, CANCEL_RATE = 12 };
 typedef struct {
     struct usbdevfs_urb urb;
     unsigned char data[TRANSFER_SIZE];
-    int moved; /* bytes */
+    uint64_t first; /* its first word, counted on beyond 16 bits */
+    int moved;      /* bytes */
     int under_way;
+    int cancelled;
 } transfer_t;
 
 /* The transfers in the order of their data: `count` of them from `first` on. */
@@ -35,7 +39,7 @@ static int first;
 static int count;
 static int device;
 static int reads;
-static uint16_t next_word;
+static uint64_t next_word;
 static uint32_t seed;
 static long cancellations;
 
@@ -73,9 +77,10 @@ static void start_next(void)
 {
     transfer_t *transfer = nth(count++);
     transfer->moved = 0;
+    transfer->first = next_word;
     for (int i = 0; i < TRANSFER_SIZE && !reads; i += 2, next_word++) {
         transfer->data[i] = (unsigned char)(next_word & 0xFFu);
-        transfer->data[i + 1] = (unsigned char)(next_word >> 8);
+        transfer->data[i + 1] = (unsigned char)(next_word >> 8 & 0xFFu);
     }
     submit(transfer);
 }
@@ -99,6 +104,7 @@ static void reap_one(void)
     }
     transfer_t *transfer = urb->usercontext;
     transfer->moved = urb->actual_length;
+    transfer->cancelled = cancelled;
     transfer->under_way = 0;
 }
 
@@ -118,23 +124,24 @@ static void check(const transfer_t *transfer)
 {
     for (int i = 0; i + 1 < transfer->moved; i += 2, next_word++) {
         const unsigned word = transfer->data[i] | (unsigned)transfer->data[i + 1] << 8;
-        if (word != next_word) {
+        if (word != (next_word & 0xFFFFu)) {
             fprintf(stderr, "word %#x came where %#x was due, byte %d, %ld cancellations\n", word,
-                    (unsigned)next_word, i, cancellations);
+                    (unsigned)(next_word & 0xFFFFu), i, cancellations);
             exit(1);
         }
     }
 }
 
-/* Takes finished transfers off the list; returns their bytes. Of reads, cancelled ones are
- * finished; of writes, what is left of them is submitted again. */
+/* Takes finished transfers off the list; returns the bytes that are dealt with. */
 static long settle(void)
 {
     long bytes = 0;
     while (count > 0 && !nth(0)->under_way) {
         if (reads)
             check(nth(0));
-        bytes += nth(0)->moved;
+        else if (nth(0)->cancelled)
+            printf("cancelled %llu %d\n", (unsigned long long)nth(0)->first, TRANSFER_SIZE / 2);
+        bytes += reads ? nth(0)->moved : TRANSFER_SIZE;
         first = (first + 1) % TRANSFERS;
         count--;
     }
@@ -171,7 +178,7 @@ int main(int argc, char **argv)
             start_next();
         if (random_below(PAUSE_RATE) == 0)
             usleep(random_below(PAUSE_MAX_US));
-        if (reads && random_below(CANCEL_RATE) == 0)
+        if (random_below(CANCEL_RATE) == 0)
             cancel_all();
         while (nth(0)->under_way)
             reap_one();

@@ -79,10 +79,10 @@ cypress() { # cypress PORT COMMAND...: cycfx2prog on that device
     cycfx2prog "-d=$(place "$port" | tr : .)" "$@"
 }
 
-# Complaints that are others' affair: a foreign image names packets of 64 bytes at high speed; libfx2's
-# loader leaves the bus in the middle of request 168.
+# Complaints that are others' affair: one foreign image names packets of 64 bytes at high speed, another an
+# interval that USB does not have; libfx2's loader leaves the bus in the middle of request 168.
 kernel_is_content() {
-    ! dmesg | grep -E 'usb 1-' | grep -vE 'has invalid maxpacket 64|cmd control_client rqt 64 rq 168 ' |
+    ! dmesg | grep -E 'usb 1-' | grep -vE 'has invalid maxpacket 64|invalid bInterval 64|cmd control_client rqt 64 rq 168 ' |
         grep -iE 'error|fail|unable|not responding|not accepting|invalid|reset'
 }
 

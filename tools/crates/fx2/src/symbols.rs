@@ -1,5 +1,6 @@
-//! Functions and source lines of a program, from the linker's map that sdcc writes beside the .ihx.
-//! With `--debug` the map has lines and static functions as well.
+//! Functions and source lines of a program, from what sdcc writes beside the .ihx: the linker's map has
+//! the global functions (with `--debug` lines and static functions as well), the relocated listings
+//! (.rst, one for each object file that the linker's .lk names) have everything.
 
 use crate::Diagnostic;
 use std::collections::BTreeMap;
@@ -59,6 +60,44 @@ impl Symbols {
         symbols
     }
 
+    /// The object files that a linker script (`fx2-firmware.lk`) names.
+    pub fn objects(script: &str) -> impl Iterator<Item = &str> {
+        script
+            .lines()
+            .map(str::trim)
+            .filter(|line| line.ends_with(".rel") && !line.starts_with('-'))
+    }
+
+    /// Takes the functions and lines of a relocated listing (.rst) in. Lines without a place in code are
+    /// passed over.
+    pub fn add_listing(&mut self, listing: &str) {
+        let mut in_code = false;
+        let mut source: Option<(&str, u32)> = None;
+        for text in listing.lines() {
+            if let Some((_, area)) = text.split_once(".area ") {
+                in_code = area.contains("CODE");
+            }
+            if let Some((_, comment)) = text.split_once(";\t") {
+                source = source_of(comment).or(source);
+                continue;
+            }
+            // "      0000B1 74 80            [12]  206 \tmov\ta,#0x80", "      0000B0   130 _choose:"
+            let address = text.get(6..12).and_then(|hex| u16::from_str_radix(hex, 16).ok());
+            let Some(address) = address.filter(|_| in_code && text.starts_with("      ")) else {
+                continue;
+            };
+            let label = text.rsplit(' ').next().and_then(|word| word.trim_end().strip_suffix(':'));
+            if let Some(name) =
+                label.and_then(|label| label.trim_end_matches(':').strip_prefix('_'))
+            {
+                self.functions.insert(address, name.to_owned());
+                source = None;
+            } else if let Some((file, line)) = source.take() {
+                self.lines.insert(address, (file.to_owned(), line));
+            }
+        }
+    }
+
     fn add(&mut self, address: u16, name: &str) {
         let parts: Vec<&str> = name.split('$').collect();
         match parts[..] {
@@ -108,6 +147,14 @@ impl Symbols {
     }
 }
 
+/// File name and line of a listing's comment "path/file.c:50: text".
+fn source_of(comment: &str) -> Option<(&str, u32)> {
+    let mut parts = comment.splitn(3, ':');
+    let (path, line, _text) = (parts.next()?, parts.next()?, parts.next()?);
+    let file = path.rsplit('/').next()?;
+    Some((file, line.parse().ok()?))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -151,6 +198,33 @@ C:   0000006E  _main                              t
             "at 0x0067 (helper+0x5, t.c:4): 0xe62a is touched"
         );
         assert_eq!(Symbols::default().describe(&found), found.to_string());
+    }
+
+    /// As sdcc 4.2 writes it, shortened.
+    const LISTING: &str = "\
+                                     83 \t.area XSEG    (XDATA)
+      00E000                         84 _buffer:
+      00E000                         85 \t.ds 64
+                                    101 \t.area CSEG    (CODE)
+                                    120 ;\t../app/cameras.c:14: static void choose(uint8_t eye)
+      0000B0                        130 _choose:
+      0000B0 AF 82            [24]  131 \tmov\tr7,dpl
+                                    132 ;\t../app/cameras.c:16: SELECT = eye;
+      0000B2 90 E6 04         [24]  133 \tmov\tdptr,#_SELECT
+      0000B5 EF               [12]  134 \tmov\ta,r7
+      0000B6                        135 00102$:
+";
+
+    #[test]
+    fn a_listing_has_static_functions_and_lines() {
+        let mut symbols = Symbols::parse("C:   00000100  _main                     main\n");
+        symbols.add_listing(LISTING);
+        symbols.add_listing("no listing at all;\t\n      zz");
+        assert_eq!(symbols.locate(0xB5).unwrap().to_string(), "choose+0x5, cameras.c:16");
+        assert_eq!(symbols.locate(0xB0).unwrap().line, None);
+        assert_eq!(symbols.locate(0x100).unwrap().to_string(), "main+0x0");
+        let script = "-muwx\n-i x.ihx\n-l mcs51\napp/cameras.c.rel\n./main.rel\n\n-e\n";
+        assert!(Symbols::objects(script).eq(["app/cameras.c.rel", "./main.rel"]));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! `sot`: one command for the robot, its eyes and its twin.
 
 mod bitstream;
+mod desk;
 mod detect;
 mod disparity;
 mod eyes;
@@ -13,6 +14,7 @@ mod interrupt;
 mod list;
 mod output;
 mod play;
+mod program_symbols;
 mod pty;
 mod robot_args;
 mod twin;

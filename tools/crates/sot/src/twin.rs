@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -13,15 +14,18 @@ use fx2::eeprom::Eeprom;
 use fx2::host::{Bench, Host, Link};
 use fx2::image::{Image, ImageError};
 use fx2::pins::{Board, Driven, Sensed};
+use fx2::symbols::Symbols;
 use fx2::{Config, Fx2, Ram, Speed};
 use serde_json::{Value, json};
 use sim::{MS, Ps, SECOND};
 use turret_link::registry::{Kind, Twin};
 use usbredir::{Event, Notice, Options};
 
+use crate::desk::{Desk, Serial};
 use crate::fifo_master::CountingMaster;
 use crate::interrupt::{self, Interrupted};
 use crate::output::{Usage, write_file};
+use crate::program_symbols;
 use crate::twin_khepera::{self, KheperaArgs};
 use crate::twin_robot::{self, RobotTwinArgs, listed};
 
@@ -71,6 +75,9 @@ pub struct Fx2Args {
     /// and checks that what comes out of EP2 counts
     #[arg(long, value_enum, default_value_t = FifoMaster::None)]
     fifo_master: FifoMaster,
+    /// What is plugged into both serial ports
+    #[arg(long, value_enum, default_value_t = Serial::Open)]
+    serial: Serial,
     /// End after so many simulated seconds [default: at Ctrl-C]
     #[arg(long, value_parser = parse_seconds)]
     seconds: Option<f64>,
@@ -159,6 +166,7 @@ fn run_fx2(args: &Fx2Args) -> Result<()> {
     if let Some(path) = &args.image {
         load_image(&mut chip, path)?;
     }
+    let symbols = Rc::new(args.image.as_deref().map(program_symbols::beside).unwrap_or_default());
     let mut board = EepromBoard { eeprom: args.eeprom.as_deref().map(read_eeprom).transpose()? };
     let contents = board.contents();
     let listener = listen(args)?;
@@ -171,14 +179,17 @@ fn run_fx2(args: &Fx2Args) -> Result<()> {
     let duration = args.seconds.map(|seconds| (seconds * SECOND as f64) as Ps);
     let started = Instant::now();
     let bench = Bench { fx2: &mut chip, board: &mut board };
-    let mut link = CountingMaster::new(bench, args.fifo_master == FifoMaster::Counter);
+    let master = CountingMaster::new(bench, args.fifo_master == FifoMaster::Counter);
+    let mut link = Desk::new(master, args.serial, Rc::clone(&symbols), listener.is_some());
     let usb = match (&listener, duration) {
         (Some(listener), _) => serve(listener, &mut link, args.speed, duration, stop)?,
         (None, Some(duration)) => run_headless(&mut link, args.speed, duration, stop),
         (None, None) => bail!("nothing to do: neither served nor limited in time"),
     };
-    let fifo = link.as_json();
-    let report = Report { usb, fifo, host_seconds: started.elapsed().as_secs_f64() };
+    let serial = link.said();
+    let fifo = link.inner().as_json();
+    let host_seconds = started.elapsed().as_secs_f64();
+    let report = Report { usb, fifo, serial, symbols, host_seconds };
 
     if let (Some(path), Some(new)) = (&args.eeprom, board.contents())
         && contents.as_ref() != Some(&new)
@@ -364,6 +375,9 @@ struct Report {
     usb: Option<Identity>,
     /// What the FIFO's master says, if there is one.
     fifo: Option<Value>,
+    /// What the serial ports have said.
+    serial: [String; 2],
+    symbols: Rc<Symbols>,
     host_seconds: f64,
 }
 
@@ -378,8 +392,13 @@ impl Report {
             .diagnostics()
             .iter()
             .map(|found| {
+                let place = self.symbols.locate(found.pc);
+                let line = place.as_ref().and_then(|place| place.line);
                 json!({
                     "pc": found.pc,
+                    "function": place.as_ref().map(|place| place.function),
+                    "file": line.map(|(file, _)| file),
+                    "line": line.map(|(_, line)| line),
                     "rule": format!("{:?}", found.rule),
                     "address": found.address,
                     "text": found.text,
@@ -394,6 +413,7 @@ impl Report {
             "cpu_held": chip.is_cpu_held(),
             "usb": usb,
             "fifo": self.fifo,
+            "serial": self.serial,
             "diagnostics": diagnostics,
         })
     }
@@ -415,9 +435,12 @@ impl Report {
         if let Some(fifo) = &self.fifo {
             println!("FIFO: {fifo}");
         }
+        for (port, said) in self.serial.iter().enumerate().filter(|(_, said)| !said.is_empty()) {
+            println!("serial port {port} said: {}", said.escape_debug());
+        }
         let all = chip.diagnostics();
         for found in all.iter().take(PRINTED_MAX) {
-            println!("{found}");
+            println!("{}", self.symbols.describe(found));
         }
         if all.len() > PRINTED_MAX {
             println!("and {} more, which --json lists", all.len() - PRINTED_MAX);
