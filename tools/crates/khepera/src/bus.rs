@@ -82,12 +82,32 @@ impl<T: TurretBus> Bus<'_, T> {
         }
     }
 
+    /// The flash while it is busy or tells who it is.
+    #[cold]
+    fn flash_read(&mut self, address: u32) -> u16 {
+        let now = self.soc.now();
+        self.soc.memory.flash.read(now, address)
+    }
+
+    #[cold]
+    fn flash_write(&mut self, address: u32, value: u16) {
+        let now = self.soc.now();
+        if let Some(what) = self.soc.memory.flash.write(now, address, value) {
+            self.soc.warn(address, true, what);
+        }
+        self.soc.plan_cut();
+    }
+
     fn read_word_slow(&mut self, address: u32, page: Page) -> Result<u16, BusFault> {
         match page.device {
             Device::Registers => self.register_read(address, 0xFFFF),
             Device::HalfRam => {
                 self.soc.clk += u64::from(page.clocks);
                 Ok(self.soc.memory.half_ram_word(address, page))
+            }
+            Device::Flash => {
+                self.soc.clk += u64::from(page.clocks);
+                Ok(self.flash_read(address))
             }
             _ => Err(self.nobody(address, false, 2)),
         }
@@ -143,7 +163,13 @@ impl<T: TurretBus> AddressBus for Bus<'_, T> {
         let page = self.soc.memory.read_page(address);
         self.soc.clk += u64::from(page.clocks);
         match page.device {
-            Device::Flash => Ok(self.soc.memory.flash_byte(address)),
+            Device::Flash if self.soc.memory.flash.reads_cells() => {
+                Ok(self.soc.memory.flash.cell_byte(address))
+            }
+            Device::Flash => {
+                let both = self.flash_read(address & !1).to_be_bytes();
+                Ok(both[address as usize & 1])
+            }
             Device::Ram => Ok(self.soc.memory.ram_byte(address)),
             Device::None => Err(self.nobody(address, false, 1)),
             Device::HalfRam => {
@@ -169,9 +195,9 @@ impl<T: TurretBus> AddressBus for Bus<'_, T> {
         }
         let page = self.soc.memory.read_page(address);
         match page.device {
-            Device::Flash => {
+            Device::Flash if self.soc.memory.flash.reads_cells() => {
                 self.soc.clk += u64::from(page.clocks);
-                Ok(self.soc.memory.flash_word(address))
+                Ok(self.soc.memory.flash.cell_word(address))
             }
             Device::Ram => {
                 self.soc.clk += u64::from(page.clocks);
@@ -202,7 +228,7 @@ impl<T: TurretBus> AddressBus for Bus<'_, T> {
         match page.device {
             Device::Ram => self.soc.memory.set_ram_byte(address, value),
             Device::None => return Err(self.nobody(address, true, 1)),
-            Device::Flash => self.soc.warn(address, true, "flash written: it keeps its contents"),
+            Device::Flash => self.flash_write(address & !1, u16::from(value) * 0x0101),
             // The CPU drives the byte on both halves of the data bus.
             Device::HalfRam => {
                 let lanes = 2 >> (address & 1);
@@ -230,7 +256,7 @@ impl<T: TurretBus> AddressBus for Bus<'_, T> {
         match page.device {
             Device::Ram => self.soc.memory.set_ram_word(address, value),
             Device::None => return Err(self.nobody(address, true, 2)),
-            Device::Flash => self.soc.warn(address, true, "flash written: it keeps its contents"),
+            Device::Flash => self.flash_write(address, value),
             Device::HalfRam => self.soc.memory.set_half_ram(address, value, 3, page),
             Device::Registers => return self.register_write(address, value, 0xFFFF),
         }

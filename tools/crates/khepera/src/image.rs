@@ -12,7 +12,10 @@ const FLASH_SIZE: usize = board::BOARD_FLASH_SIZE as usize;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ImageError {
     /// Neither of the formats known.
-    #[error("the image is neither an ELF file nor S-records; give khepera-firmware.elf or .s37")]
+    #[error(
+        "the image is neither an ELF file nor S-records, and its first eight bytes are no stack and \
+         program counter; give khepera-firmware.elf or .s37"
+    )]
     UnknownFormat,
     /// A damaged ELF file.
     #[error("the ELF file is damaged ({0}); build it again")]
@@ -39,6 +42,14 @@ pub enum ImageError {
         /// Its length in bytes.
         len: usize,
     },
+    /// Not the contents of a whole flash.
+    #[error(
+        "{len} bytes are not the contents of the flash, which has {FLASH_SIZE}; give what was saved"
+    )]
+    NotTheFlash {
+        /// Bytes given.
+        len: usize,
+    },
     /// Nothing to run.
     #[error("the image has no contents for the flash; check how it was linked")]
     Empty,
@@ -51,10 +62,24 @@ pub(crate) fn load(image: &[u8]) -> Result<Vec<u8>, ImageError> {
         load_elf(image, &mut flash)?
     } else if image.starts_with(b"S") {
         load_srec(image, &mut flash)?
+    } else if has_vectors(image) {
+        put(&mut flash, FLASH_BASE, image)?
     } else {
         return Err(ImageError::UnknownFormat);
     };
     if loaded == 0 { Err(ImageError::Empty) } else { Ok(flash) }
+}
+
+/// Whether raw bytes begin as the flash of a 68331 does: with a stack pointer and the address of code
+/// in the flash, both even.
+fn has_vectors(image: &[u8]) -> bool {
+    let long = |at: usize| {
+        let bytes = image.get(at..at + 4)?.try_into().ok()?;
+        Some(u64::from(u32::from_be_bytes(bytes)))
+    };
+    let (Some(stack), Some(start)) = (long(0), long(4)) else { return false };
+    let inside = (FLASH_BASE + 8..FLASH_BASE + image.len() as u64).contains(&start);
+    stack.is_multiple_of(2) && start.is_multiple_of(2) && inside && stack <= 1 << 24
 }
 
 fn put(flash: &mut [u8], address: u64, data: &[u8]) -> Result<usize, ImageError> {
@@ -153,6 +178,12 @@ mod tests {
     }
 
     #[test]
+    fn raw_bytes_with_vectors_are_taken_as_the_flash() {
+        let image = [0, 0x18, 0, 0, 0, 0, 0, 8, 0x4E, 0x71];
+        assert_eq!(load(&image).expect("vectors")[..10], image);
+    }
+
+    #[test]
     fn a_wrong_checksum_names_its_line() {
         let error = load(b"S0030000FC\nS309000000101122334449\n").expect_err("damaged");
         assert_eq!(error, ImageError::BadRecord { line: 2, what: "wrong checksum" });
@@ -168,6 +199,7 @@ mod tests {
     fn truncated_and_foreign_files_are_refused() {
         assert_eq!(load(b""), Err(ImageError::UnknownFormat));
         assert_eq!(load(b"MZ"), Err(ImageError::UnknownFormat));
+        assert_eq!(load(&[0xA5; 4096]), Err(ImageError::UnknownFormat));
         assert_eq!(load(b"S70500000000FA\n"), Err(ImageError::Empty));
         assert!(matches!(load(b"\x7FELF\x01\x02\x01"), Err(ImageError::DamagedElf(_))));
     }

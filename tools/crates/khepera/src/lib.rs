@@ -26,6 +26,7 @@ mod bus;
 mod cpu32;
 mod diagnostics;
 mod drive;
+mod flash;
 mod gpt;
 mod image;
 mod integration;
@@ -121,13 +122,27 @@ pub struct Base {
 }
 
 impl Base {
-    /// A base with `image` (ELF32 for the m68k, or S-records) in its flash, switched on at
+    /// A base with `image` (ELF32 for the m68k, S-records, or raw bytes) in its flash, switched on at
     /// `config.start`.
     ///
     /// # Errors
     /// See [`ImageError`].
     pub fn new(image: &[u8], config: Config) -> Result<Self, ImageError> {
-        let flash = image::load(image)?;
+        Ok(Self::with_flash(image::load(image)?, config))
+    }
+
+    /// A base with these contents of its flash, as [`Base::flash`] gave them.
+    ///
+    /// # Errors
+    /// If they are not `BOARD_FLASH_SIZE` bytes.
+    pub fn from_flash(contents: &[u8], config: Config) -> Result<Self, ImageError> {
+        if contents.len() != board::BOARD_FLASH_SIZE as usize {
+            return Err(ImageError::NotTheFlash { len: contents.len() });
+        }
+        Ok(Self::with_flash(contents.to_vec(), config))
+    }
+
+    fn with_flash(flash: Vec<u8>, config: Config) -> Self {
         let soc = Soc::new(flash, config.host_baud, config.battery_mv, config.start);
         let mut base = Self {
             cpu: Cpu::new(),
@@ -138,7 +153,7 @@ impl Base {
             lost_power: true,
         };
         base.soc.reset_request = Some(ResetCause::PowerUp);
-        Ok(base)
+        base
     }
 
     /// Run until time `t`. The last instruction may end a little later: see [`Base::now`].
@@ -227,6 +242,11 @@ impl Base {
 
     fn reset_now(&mut self, turret: &mut impl TurretBus) {
         let Some(cause) = self.soc.reset_request.take() else { return };
+        if std::mem::take(&mut self.soc.supply_cut) {
+            self.switched_on = false;
+            self.supervise(turret);
+            return;
+        }
         let start = self.soc.clk;
         self.lost_power = false;
         self.resets.push(Reset { time: self.now(), cause });
@@ -253,6 +273,22 @@ impl Base {
     /// [`Base::run_until`].
     pub fn set_power(&mut self, on: bool) {
         self.switched_on = on;
+    }
+
+    /// Contents of the flash.
+    pub fn flash(&self) -> &[u8] {
+        self.soc.memory.flash.cells()
+    }
+
+    /// Program and erase operations that the flash has begun so far.
+    pub fn flash_operations(&self) -> u64 {
+        self.soc.memory.flash.operations()
+    }
+
+    /// Switch the base off in the middle of the flash operation with this number, counted from 0 as
+    /// [`Base::flash_operations`] counts; None: never. [`Base::set_power`] switches it on again.
+    pub fn cut_power_at_flash_operation(&mut self, number: Option<u64>) {
+        self.soc.cut_operation = number;
     }
 
     /// Resets so far, the first being power-on.

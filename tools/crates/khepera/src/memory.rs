@@ -2,9 +2,9 @@
 
 use common_sys::constants as board;
 
+use crate::flash::{FLASH_SIZE, Flash};
 use crate::integration::{CHIP_SELECTS, CS0, CS1, CSBOOT, Integration};
 
-const FLASH_SIZE: usize = board::BOARD_FLASH_SIZE as usize;
 const RAM_SIZE: usize = board::BOARD_RAM_SIZE as usize;
 const _: () = assert!(FLASH_SIZE.is_power_of_two() && RAM_SIZE.is_power_of_two());
 
@@ -41,7 +41,7 @@ const NOBODY: Page = Page { device: Device::None, clocks: 0, upper: 0, lower: 0 
 /// Flash, RAM and the map.
 #[derive(Clone)]
 pub(crate) struct Memory {
-    flash: Box<[u8; FLASH_SIZE]>,
+    pub flash: Flash,
     ram: Box<[u8; RAM_SIZE]>,
     read_map: Vec<Page>,
     write_map: Vec<Page>,
@@ -73,7 +73,7 @@ impl Memory {
     /// With `flash` of `BOARD_FLASH_SIZE` bytes in it, and nobody mapped yet.
     pub fn new(flash: Vec<u8>) -> Self {
         Self {
-            flash: boxed(flash),
+            flash: Flash::new(flash),
             ram: power_on_ram(),
             read_map: vec![NOBODY; PAGES],
             write_map: vec![NOBODY; PAGES],
@@ -101,16 +101,6 @@ impl Memory {
     #[inline]
     pub fn write_page(&self, address: u32) -> Page {
         self.write_map[(address >> PAGE_BITS) as usize]
-    }
-
-    #[inline]
-    pub fn flash_byte(&self, address: u32) -> u8 {
-        self.flash[address as usize & (FLASH_SIZE - 1)]
-    }
-
-    #[inline]
-    pub fn flash_word(&self, address: u32) -> u16 {
-        word(&self.flash, address)
     }
 
     #[inline]
@@ -159,7 +149,7 @@ impl Memory {
     pub fn peek_word(&self, address: u32) -> Option<u16> {
         let address = address & 0xFF_FFFE;
         match self.read_page(address).device {
-            Device::Flash => Some(self.flash_word(address)),
+            Device::Flash => Some(self.flash.cell_word(address)),
             Device::Ram => Some(self.ram_word(address)),
             _ => None,
         }

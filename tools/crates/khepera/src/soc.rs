@@ -51,6 +51,11 @@ pub(crate) struct Soc {
     /// Program counter of the instruction under way.
     pub pc: u32,
     pub reset_request: Option<ResetCause>,
+    /// Cut the supply in the middle of the flash operation of this number.
+    pub cut_operation: Option<u64>,
+    cut_clk: u64,
+    /// The supply was cut; whoever holds the switch finds out.
+    pub supply_cut: bool,
     irq_levels: u8,
     irq7_edge: bool,
     pin_poll_clk: u64,
@@ -90,6 +95,9 @@ impl Soc {
             fetch_clocks: 0,
             pc: 0,
             reset_request: None,
+            cut_operation: None,
+            cut_clk: u64::MAX,
+            supply_cut: false,
             irq_levels: 0xFF,
             irq7_edge: false,
             pin_poll_clk: 0,
@@ -106,6 +114,8 @@ impl Soc {
 
     /// Chip reset; RAM, flash and the world go on.
     pub fn reset(&mut self, cause: ResetCause) {
+        let now = self.now();
+        self.memory.flash.interrupt(now);
         if cause == ResetCause::PowerUp {
             self.memory.lose_ram();
         }
@@ -184,7 +194,8 @@ impl Soc {
             .min(self.drive_clk)
             .min(self.system.pit_clk)
             .min(self.system.watchdog_clk)
-            .min(self.pin_poll_clk);
+            .min(self.pin_poll_clk)
+            .min(self.cut_clk);
         self.request();
     }
 
@@ -223,6 +234,29 @@ impl Soc {
         if self.pin_poll_clk <= clk {
             self.poll_pins(clk, turret);
         }
+        if self.cut_clk <= clk {
+            self.cut_clk = u64::MAX;
+            self.cut_operation = None;
+            self.supply_cut = true;
+            self.reset_request = Some(ResetCause::PowerUp);
+        }
+    }
+
+    /// After a write to the flash: is this the operation in which the supply is to fail?
+    pub fn plan_cut(&mut self) {
+        if self.cut_operation.is_none_or(|number| self.memory.flash.operations() <= number) {
+            return;
+        }
+        let now = self.now();
+        if let Some(t) = self.memory.flash.half_done(now) {
+            self.cut_clk = self.time.clk_at_or_after(t);
+            self.plan();
+        }
+    }
+
+    /// Time of the present clock.
+    pub fn now(&self) -> Ps {
+        self.time.ps(self.clk)
     }
 
     /// Look at the turret's interrupt lines at clock `clk`: times on the border never go back.
