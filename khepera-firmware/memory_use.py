@@ -76,17 +76,21 @@ def call_graph(lines):
     A function whose address is merely loaded counts as called: GCC keeps the addresses of what it
     calls often in registers."""
     functions = function_addresses(lines)
-    graph, current = {}, None
+    graph, current, registers = {}, None, {}
     for line in lines:
         if match := re.match(r"^[0-9a-f]+ <([^>]+)>:$", line):
-            current = graph.setdefault(match.group(1), set())
+            current, registers = graph.setdefault(match.group(1), set()), {}
         elif current is not None:
             current.update(re.findall(r"<([^>+]+)>", line))
             for number in re.findall(r"move(?:a)?l #(\d+),", line):
                 if int(number) in functions:
                     current.add(functions[int(number)])
-            if re.search(r"\tj(sr|mp) %", line):
-                current.add("*")
+            if match := re.search(r",%(a[0-6])$", line):
+                # "lea 1234 <function>,%a4": a call through %a4 is no call through a pointer.
+                registers[match.group(1)] = re.search(r"\tlea [0-9a-f]+ <[^>+]+>,", line)
+            if match := re.search(r"\tj(?:sr|mp) %(\w+)", line):
+                if not registers.get(match.group(1)):
+                    current.add("*")
     return {name: {one for one in calls if one == "*" or one in graph} - {name}
             for name, calls in graph.items()}
 
@@ -133,14 +137,19 @@ def main():
     parser.add_argument("--objdump", default="m68k-linux-gnu-objdump")
     parser.add_argument("--nm", default="m68k-linux-gnu-nm")
     parser.add_argument("--stack-usage", required=True, help="folder with GCC's .su files")
+    parser.add_argument("--loader", action="store_true", help="the image is the resident loader")
     parser.add_argument("elf")
     arguments = parser.parse_args()
 
-    flash_base, flash_limit = board_number("BOARD_FLASH_BASE"), board_number("BOARD_FLASH_SIZE")
+    place = ("BOARD_FLASH_BASE", "BOARD_LOADER_SIZE") if arguments.loader else (
+        "BOARD_IMAGE_A", "BOARD_IMAGE_BANK_SIZE")
+    flash_base, flash_limit = board_number(place[0]), board_number(place[1])
     ram_base, ram_limit = board_number("BOARD_RAM_BASE"), board_number("BOARD_RAM_SIZE")
     flash = ram = stack = 0
     failures = []
     for name, size, address, load, loaded in sections(arguments.objdump, arguments.elf):
+        if name == ".loader":
+            continue  # has been judged when it was linked
         if loaded:
             flash += size
             if not flash_base <= load <= load + size <= flash_base + flash_limit:
@@ -153,6 +162,8 @@ def main():
             failures.append(f"{name} lies in no memory")
         if name == ".stack":
             stack = size
+        if name == ".bss" and arguments.loader:
+            stack = ram_base + ram_limit - (address + size)
 
     sizes = frame_sizes(arguments.stack_usage)
     code = disassembly(arguments.objdump, arguments.elf)

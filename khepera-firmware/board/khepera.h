@@ -13,6 +13,27 @@
 #define BOARD_RAM_SIZE    0x080000ul
 #define BOARD_WAIT_STATES 1 /* of both, in system clocks beyond the 3 of a bus cycle */
 
+/* What lies where in the flash: one chip of AMD's command set, 16 bits wide, with sectors of 16, 8,
+ * 8, 32 and seven times 64 KiB (Am29F400BB kind). The rest is free. */
+#define BOARD_LOADER_SIZE       0x004000ul /* sector 0, protected: vectors and resident loader */
+#define BOARD_PARAMETER_A       0x004000ul /* two sectors for saved parameters */
+#define BOARD_PARAMETER_B       0x006000ul
+#define BOARD_PARAMETER_SIZE    0x002000ul /* of each */
+#define BOARD_IMAGE_A           0x010000ul /* two banks for images (common/link/base_image.h) */
+#define BOARD_IMAGE_B           0x040000ul
+#define BOARD_IMAGE_BANK_SIZE   0x030000ul
+#define BOARD_IMAGE_SECTOR_SIZE 0x010000ul
+
+/* What lies where in the RAM. The program runs from it, copied there by the loader. */
+#define BOARD_STACK_SIZE   0x002000ul /* at the bottom: an overflow leaves the RAM and is noticed */
+#define BOARD_NOINIT_BASE  0x102000ul /* survives a reset: the crash record */
+#define BOARD_NOINIT_SIZE  0x0007F0ul
+#define BOARD_MAILBOX_BASE 0x1027F0ul /* from program to loader (board/boot.h) */
+#define BOARD_MAILBOX_SIZE 0x000010ul
+#define BOARD_PROGRAM_BASE 0x102800ul
+#define BOARD_PROGRAM_END  0x178000ul
+#define BOARD_LOADER_RAM   0x178000ul /* the loader's, to the end; the program may use it later */
+
 /* Crystal, and SYNCR for 25.166 MHz (4 * 32768 * (Y+1) * 2^(2W+X), W=1 X=1 Y=23). */
 #define BOARD_CRYSTAL_HZ 32768ul
 #define BOARD_SYNCR      0xD700u

@@ -53,6 +53,7 @@
 #define CSBAR2  REG16(0xFFFFFA54)
 #define CSOR2   REG16(0xFFFFFA56)
 
+#define RSR_POWER   0x40
 #define SYNCR_SLOCK 0x0008
 #define SYNCR_X     0x4000
 

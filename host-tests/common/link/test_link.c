@@ -44,6 +44,15 @@ static void test_crcs_may_be_fed_in_pieces(void)
     TEST_ASSERT_EQUAL_HEX32(0xCBF43926ul, crc32_final(crc32_update(crc32, check_text + 4, 5)));
 }
 
+static void test_crc32_by_table_is_the_same(void)
+{
+    static uint32_t table[CRC32_TABLE_SIZE];
+
+    crc32_table_fill(table);
+    TEST_ASSERT_EQUAL_HEX32(0xCBF43926ul,
+                            crc32_final(crc32_update_table(table, CRC32_INIT, check_text, 9)));
+}
+
 /* SPEC.md section 1: the reference scene of the paper's Figure 9. */
 static const uint8_t golden_report[REPORT_SIZE] = {
     0x11, 0x2A, 0x00, 0xF1, 0x12, 0x34, 0x09, 0x20, 0x94, 0x5C, 0x04, 0x50, 0x02, 0xA0, 0x0B, 0x10,
@@ -337,6 +346,7 @@ int main(void)
     RUN_TEST(test_bytes_are_big_endian);
     RUN_TEST(test_crcs_have_their_published_check_values);
     RUN_TEST(test_crcs_may_be_fed_in_pieces);
+    RUN_TEST(test_crc32_by_table_is_the_same);
     RUN_TEST(test_report_encodes_to_its_golden_bytes);
     RUN_TEST(test_report_decodes_from_its_golden_bytes);
     RUN_TEST(test_report_with_any_single_bit_flipped_is_refused_and_changes_nothing);
