@@ -36,8 +36,9 @@
 #define LOADER_COPY   0x05u /* u16 block 1..: from the active bank, into erased flash */
 #define LOADER_COMMIT 0x06u /* image header: checked against what was written, then valid */
 #define LOADER_RUN    0x07u /* reply, then reset */
-#define LOADER_SPEED  0x08u /* u32 baud: reply, then change; back to the start if nothing is heard \
-                             */
+#define LOADER_SPEED                                                                               \
+    0x08u /* u32 baud: reply, then change; back to the start if nothing is heard                   \
+           */
 
 #define LOADER_SUMS_MAX 64u
 

@@ -11,6 +11,9 @@
 #include "loader/line.h"
 #include "loader/obey.h"
 
+/* It listens at least so long: long enough for a PC that knocks each 40 ms. Checking an image of
+ * some size takes longer anyway. */
+#define LISTEN_MS      60u
 /* Nothing good heard for so long at another speed: back to the first one. */
 #define SPEED_TRIAL_MS 1500u
 /* Nothing heard for so long, and there is a program: start it. */
@@ -80,7 +83,7 @@ static void serve(void) __attribute__((noreturn));
 static void serve(void)
 {
     uint32_t heard = clock_ms();
-    uint8_t at_first_speed = 1;
+    uint8_t on_trial = 0; /* nothing good has come at the present speed */
 
     loader.idle = breathe;
     if (greeted)
@@ -92,14 +95,13 @@ static void serve(void)
 
         line_breathe();
         if (character >= 0 && loader_receive(&receiver, (uint8_t)character, &size)) {
-            if (receiver.frame[0] == LOADER_SPEED)
-                at_first_speed = 0;
+            on_trial = receiver.frame[0] == LOADER_SPEED;
             answer(receiver.frame[0], receiver.frame[1], receiver.frame + 2, size);
             heard = clock_ms();
         }
-        if (!at_first_speed && clock_ms() - heard > SPEED_TRIAL_MS) {
+        if (on_trial && clock_ms() - heard > SPEED_TRIAL_MS) {
             line_open(BOARD_BAUD);
-            at_first_speed = 1;
+            on_trial = 0;
         }
         if (loader.active != LOADER_NO_BANK && clock_ms() - heard > PATIENCE_MS)
             restart();
@@ -138,6 +140,8 @@ int main(void)
     loader.idle = listen;
     loader_init(&loader);
     loader_survey(&loader);
+    while (!greeted && clock_ms() < LISTEN_MS)
+        listen(NULL);
     if (greeted)
         loader.why = LOADER_WHY_HELLO;
     if (word == BOOT_STAY)

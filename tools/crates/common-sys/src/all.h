@@ -1,7 +1,9 @@
 /* What Rust sees of the C side. */
+#include "link/base_image.h"
 #include "link/bytes.h"
 #include "link/camera.h"
 #include "link/crc.h"
+#include "link/loader.h"
 #include "link/eeprom.h"
 #include "link/registers.h"
 #include "link/report.h"

@@ -3,6 +3,7 @@
 
 pub mod dense;
 pub mod link;
+pub mod loader;
 pub mod vision;
 
 /// Everything bindgen found: constants are for all to use, functions for this crate only.

@@ -55,19 +55,52 @@ pub enum ImageError {
     Empty,
 }
 
-/// The whole flash with `image` in it; cells that the image leaves out are erased (0xFF).
-pub(crate) fn load(image: &[u8]) -> Result<Vec<u8>, ImageError> {
-    let mut flash = vec![0xFF; FLASH_SIZE];
-    let loaded = if image.starts_with(&elf::ELFMAG) {
-        load_elf(image, &mut flash)?
+/// Bytes that belong at an address.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Segment {
+    /// Of the first byte; physical, so that initialised data is where it is loaded from.
+    pub address: u64,
+    /// The bytes.
+    pub data: Vec<u8>,
+}
+
+/// What an image file holds.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Image {
+    /// In the order of the file, none of them empty.
+    pub segments: Vec<Segment>,
+    /// Where the program starts, if the file says so.
+    pub entry: Option<u64>,
+}
+
+/// Read an ELF file or S-records.
+///
+/// # Errors
+/// See [`ImageError`].
+pub fn parse(image: &[u8]) -> Result<Image, ImageError> {
+    let parsed = if image.starts_with(&elf::ELFMAG) {
+        parse_elf(image)?
     } else if image.starts_with(b"S") {
-        load_srec(image, &mut flash)?
-    } else if has_vectors(image) {
-        put(&mut flash, FLASH_BASE, image)?
+        parse_srec(image)?
     } else {
         return Err(ImageError::UnknownFormat);
     };
-    if loaded == 0 { Err(ImageError::Empty) } else { Ok(flash) }
+    if parsed.segments.is_empty() { Err(ImageError::Empty) } else { Ok(parsed) }
+}
+
+/// The whole flash with `image` in it; cells that the image leaves out are erased (0xFF).
+pub(crate) fn load(image: &[u8]) -> Result<Vec<u8>, ImageError> {
+    let mut flash = vec![0xFF; FLASH_SIZE];
+    match parse(image) {
+        Ok(parsed) => {
+            for segment in &parsed.segments {
+                put(&mut flash, segment.address, &segment.data)?;
+            }
+        }
+        Err(ImageError::UnknownFormat) if has_vectors(image) => put(&mut flash, FLASH_BASE, image)?,
+        Err(error) => return Err(error),
+    }
+    Ok(flash)
 }
 
 /// Whether raw bytes begin as the flash of a 68331 does: with a stack pointer and the address of code
@@ -82,17 +115,17 @@ fn has_vectors(image: &[u8]) -> bool {
     stack.is_multiple_of(2) && start.is_multiple_of(2) && inside && stack <= 1 << 24
 }
 
-fn put(flash: &mut [u8], address: u64, data: &[u8]) -> Result<usize, ImageError> {
+fn put(flash: &mut [u8], address: u64, data: &[u8]) -> Result<(), ImageError> {
     let outside = || ImageError::OutsideFlash { address, len: data.len() };
     let start = address.checked_sub(FLASH_BASE).ok_or_else(outside)?;
     let start = usize::try_from(start).map_err(|_| outside())?;
     let end = start.checked_add(data.len()).ok_or_else(outside)?;
     flash.get_mut(start..end).ok_or_else(outside)?.copy_from_slice(data);
-    Ok(data.len())
+    Ok(())
 }
 
 /// Loads by physical address: initialised data lies in flash and is copied by the start-up code.
-fn load_elf(image: &[u8], flash: &mut [u8]) -> Result<usize, ImageError> {
+fn parse_elf(image: &[u8]) -> Result<Image, ImageError> {
     // A 64-bit file is not a damaged 32-bit one.
     if image.get(elf::ELFMAG.len()).is_some_and(|&class| class != elf::ELFCLASS32.0) {
         return Err(ImageError::WrongMachine);
@@ -104,7 +137,8 @@ fn load_elf(image: &[u8], flash: &mut [u8]) -> Result<usize, ImageError> {
         return Err(ImageError::WrongMachine);
     }
     let header = elf::FileHeader32::<BigEndian>::parse(image).map_err(damaged)?;
-    let mut loaded = 0;
+    let entry = Some(u64::from(header.e_entry(BigEndian)));
+    let mut segments = Vec::new();
     for segment in header.program_headers(BigEndian, image).map_err(damaged)? {
         if segment.p_type(BigEndian) != elf::PT_LOAD || segment.p_filesz(BigEndian) == 0 {
             continue;
@@ -112,13 +146,14 @@ fn load_elf(image: &[u8], flash: &mut [u8]) -> Result<usize, ImageError> {
         let data = segment
             .data(BigEndian, image)
             .map_err(|()| ImageError::DamagedElf("a segment lies outside the file".to_string()))?;
-        loaded += put(flash, u64::from(segment.p_paddr(BigEndian)), data)?;
+        let address = u64::from(segment.p_paddr(BigEndian));
+        segments.push(Segment { address, data: data.to_vec() });
     }
-    Ok(loaded)
+    Ok(Image { segments, entry })
 }
 
-fn load_srec(image: &[u8], flash: &mut [u8]) -> Result<usize, ImageError> {
-    let mut loaded = 0;
+fn parse_srec(image: &[u8]) -> Result<Image, ImageError> {
+    let mut parsed = Image::default();
     for (index, line) in image.split(|&b| b == b'\n').enumerate() {
         let line = line.trim_ascii();
         if line.is_empty() {
@@ -130,15 +165,30 @@ fn load_srec(image: &[u8], flash: &mut [u8]) -> Result<usize, ImageError> {
             b'1' => 2,
             b'2' => 3,
             b'3' => 4,
-            b'0' | b'5' | b'7' | b'8' | b'9' => continue,
+            b'0' | b'5' => continue,
+            b'7' | b'8' | b'9' => {
+                parsed.entry = Some(bytes.iter().fold(0, |a, &b| a << 8 | u64::from(b)));
+                continue;
+            }
             _ => return Err(bad("unknown type of record")),
         };
         let (address, data) =
             bytes.split_at_checked(address_bytes).ok_or_else(|| bad("no room for an address"))?;
         let address = address.iter().fold(0, |a, &b| a << 8 | u64::from(b));
-        loaded += put(flash, address, data)?;
+        append(&mut parsed.segments, address, data);
     }
-    Ok(loaded)
+    Ok(parsed)
+}
+
+/// Records that follow each other become one segment.
+fn append(segments: &mut Vec<Segment>, address: u64, data: &[u8]) {
+    match segments.last_mut() {
+        _ if data.is_empty() => {}
+        Some(last) if last.address + last.data.len() as u64 == address => {
+            last.data.extend_from_slice(data);
+        }
+        _ => segments.push(Segment { address, data: data.to_vec() }),
+    }
 }
 
 /// Type and bytes (address and data) of one S-record whose length and checksum are right.

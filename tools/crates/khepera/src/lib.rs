@@ -28,7 +28,7 @@ mod diagnostics;
 mod drive;
 mod flash;
 mod gpt;
-mod image;
+pub mod image;
 mod integration;
 mod memory;
 mod qsm;
