@@ -35,7 +35,12 @@ fn main() {
         .write_to_file(out.join("bindings.rs"))
         .expect("OUT_DIR is writable");
 
-    for watched in ["common", "fx2-firmware/board", "khepera-firmware/board"] {
+    for watched in [
+        "common",
+        "fx2-firmware/board",
+        "khepera-firmware/board",
+        "khepera-firmware/soccer/belief.h",
+    ] {
         println!("cargo:rerun-if-changed={}", root.join(watched).display());
     }
     println!("cargo:rerun-if-changed=src/all.h");

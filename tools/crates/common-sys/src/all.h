@@ -20,3 +20,4 @@
 
 #include "fx2-firmware/board/turret.h"
 #include "khepera-firmware/board/khepera.h"
+#include "khepera-firmware/soccer/belief.h"

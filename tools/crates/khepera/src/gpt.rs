@@ -30,6 +30,9 @@ impl Pwm {
     }
 }
 
+/// So many writes of the duty registers are remembered for somebody who asks.
+const PWM_WRITES_KEPT: usize = 256;
+
 /// The timer's registers and counters.
 #[derive(Clone, Debug)]
 pub(crate) struct Gpt {
@@ -65,6 +68,8 @@ pub(crate) struct Gpt {
     cforc: u8,
     pwmc: u8,
     pwm: [Pwm; 2],
+    /// When the duty registers were written since somebody asked.
+    pub pwm_written: Vec<u64>,
     reset_clk: u64,
 }
 
@@ -98,6 +103,7 @@ impl Gpt {
             cforc: 0,
             pwmc: 0,
             pwm: [Pwm::default(); 2],
+            pwm_written: Vec::new(),
             reset_clk: clk,
         };
         gpt.plan(clk);
@@ -362,6 +368,9 @@ impl Gpt {
                 }
             }
             0x26 => {
+                if self.pwm_written.len() < PWM_WRITES_KEPT {
+                    self.pwm_written.push(clk);
+                }
                 if let Some(duty) = high {
                     self.write_pwm(clk, 0, duty);
                 }

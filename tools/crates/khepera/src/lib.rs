@@ -361,6 +361,12 @@ impl Base {
         self.soc.motors()
     }
 
+    /// When the firmware has written the motors' duty registers since the last call; the first 256
+    /// times.
+    pub fn take_pwm_writes(&mut self) -> Vec<Ps> {
+        self.soc.take_pwm_writes()
+    }
+
     // ---- sensors and LEDs
 
     /// Readings of the IR sensors, 0..=1023, in the order of K-Team's command N.

@@ -363,6 +363,12 @@ impl Soc {
         SPURIOUS_VECTOR
     }
 
+    /// When the duty registers have been written since the last call; the first 256 times.
+    pub fn take_pwm_writes(&mut self) -> Vec<Ps> {
+        let clocks = std::mem::take(&mut self.gpt.pwm_written);
+        clocks.into_iter().map(|clk| self.time.ps(clk)).collect()
+    }
+
     // ---- registers
 
     fn refresh_encoder_pins(&mut self) {

@@ -18,6 +18,7 @@ pub use world::{BallColour, Eyes, Noise};
 pub use crate::player::Fpga;
 use crate::player::{FirmwarePlayer, Player};
 use crate::robot::{Error, Images};
+use crate::tally::Tally;
 
 /// Physics advances so far at a time.
 const TICK: Ps = world::TICK;
@@ -132,6 +133,12 @@ pub struct Summary {
     pub fpga: Fpga,
     /// What the referee called.
     pub events: Vec<Event>,
+    /// From the first kick-off to our robot's first touch of the ball.
+    pub time_to_ball: Option<Ps>,
+    /// From the first kick-off to our first goal.
+    pub time_to_goal: Option<Ps>,
+    /// What was measured of our robot.
+    pub tally: Tally,
 }
 
 /// The other side.
@@ -159,6 +166,7 @@ pub struct Game {
     next_tick: Ps,
     end: Ps,
     events: Vec<Event>,
+    first_touch: Option<Ps>,
     hash: TraceHash,
 }
 
@@ -198,6 +206,7 @@ impl Game {
             next_tick: start,
             end: setup.format.longest().max(start),
             events: Vec::new(),
+            first_touch: None,
             hash: TraceHash::default(),
         })
     }
@@ -260,6 +269,9 @@ impl Game {
             self.hash.update(&value.to_bits().to_be_bytes());
         }
         self.world.step(wheels);
+        if self.first_touch.is_none() && self.world.last_touch() == Some(OURS) {
+            self.first_touch = Some(self.now);
+        }
     }
 
     /// What handlers and referee do after a call.
@@ -334,7 +346,16 @@ impl Game {
             cpu_load: self.ours.cpu_load(),
             fpga: self.ours.fpga().clone(),
             events: self.events.clone(),
+            time_to_ball: self.since_kick_off(self.first_touch),
+            time_to_goal: self.since_kick_off(
+                self.events.iter().find(|event| event.robot() == Some(OURS)).map(|e| e.time),
+            ),
+            tally: self.ours.tally().clone(),
         }
+    }
+
+    fn since_kick_off(&self, time: Option<Ps>) -> Option<Ps> {
+        Some(time? - self.events.first()?.time)
     }
 
     /// The match in one picture: what both eyes saw last, and the tracks on the pitch.

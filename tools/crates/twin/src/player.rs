@@ -6,15 +6,22 @@
 use common_sys::constants as c;
 use common_sys::link::{Report, report_decode};
 use fx2::host::Link;
-use sim::{Ps, TraceHash};
+use sim::{MS, Ps, TraceHash};
+use virtex::fpga::Delivery;
 use world::World;
 use world::opponents::Opponent;
 
+use crate::belief::{Belief, Reader};
 use crate::cameras::Cameras;
 use crate::robot::{Error, Images, Robot};
+use crate::tally::Tally;
 
 /// The infrared sensors are looked at so often (K-Team: every 20 ms).
 const INFRARED_TICKS: u64 = 20;
+/// Exposures and writes to the motors are remembered for so long, to find out what led to what.
+const MEMORY: Ps = 200 * MS;
+/// Latencies are measured from so long after a start on: the console's line has arrived.
+const SETTLED_TICKS: u64 = 100;
 
 /// One side of a match. `side` is its robot in the world.
 pub trait Player {
@@ -106,6 +113,15 @@ pub struct FirmwarePlayer {
     /// The report that tells most, for the picture.
     telling: Option<Report>,
     ticks: u64,
+    /// Ticks since it was started; None while it is stopped.
+    playing: Option<u64>,
+    belief: Option<Reader>,
+    tally: Tally,
+    /// Middles of exposures, with the times that their reports bear.
+    exposures: Vec<(u16, Ps)>,
+    /// Reports that have been read and have not reached the motors, with the middles of exposure.
+    on_the_way: Vec<(Ps, Delivery)>,
+    pwm_writes: Vec<Ps>,
     load_at_start: Option<khepera::Load>,
     /// Bytes for the trace.
     said: Vec<u8>,
@@ -133,6 +149,12 @@ impl FirmwarePlayer {
             counts: Counts::default(),
             telling: None,
             ticks: 0,
+            playing: None,
+            belief: Reader::new(&images.khepera),
+            tally: Tally::default(),
+            exposures: Vec::new(),
+            on_the_way: Vec::new(),
+            pwm_writes: Vec::new(),
             load_at_start: None,
             said,
             line: String::new(),
@@ -163,6 +185,16 @@ impl FirmwarePlayer {
     /// What has been counted.
     pub fn counts(&self) -> &Counts {
         &self.counts
+    }
+
+    /// What has been measured.
+    pub fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
+    /// What it believes now; None if its image does not tell.
+    pub fn belief(&self) -> Option<Belief> {
+        self.belief?.read(&self.robot.base)
     }
 
     /// The report that tells most so far.
@@ -198,6 +230,11 @@ impl FirmwarePlayer {
     }
 
     fn count(&mut self, report: Report, world: &mut World, side: usize) {
+        if let Some(sights) = world.sights_then(side, report.exposure_time)
+            && self.playing.is_some()
+        {
+            self.tally.report(&report, &sights);
+        }
         let has = |flags: u32| u32::from(u32::from(report.flags) & flags != 0);
         self.counts.reports += 1;
         self.counts.saw_ball += has(c::REPORT_BALL);
@@ -207,6 +244,43 @@ impl FirmwarePlayer {
         if self.telling.as_ref().is_none_or(|best| tells(&report) >= tells(best)) {
             world.keep(side, &report);
             self.telling = Some(report);
+        }
+    }
+}
+
+impl FirmwarePlayer {
+    /// A report has been read: find out when it reaches the motors.
+    fn delivered(&mut self, report: &Report, delivery: Delivery) {
+        let exposed = self.exposures.iter().find(|(time, _)| *time == report.exposure_time);
+        let settled = self.playing.is_some_and(|ticks| ticks > SETTLED_TICKS);
+        if let (Some((_, middle)), true) = (exposed, settled) {
+            self.on_the_way.push((*middle, delivery));
+        }
+    }
+
+    /// Which reports have reached the motors? The first write after a report has been read is its
+    /// own: the firmware decides at once, and the control period's writes are few.
+    fn follow_reports(&mut self, now: Ps) {
+        let written = self.robot.base.take_pwm_writes();
+        self.pwm_writes.extend(written);
+        let Self { on_the_way, pwm_writes, tally, .. } = self;
+        on_the_way.retain(|(middle, delivery)| {
+            let Some(pwm) = pwm_writes.iter().find(|pwm| **pwm >= delivery.read) else {
+                return delivery.read + MEMORY > now;
+            };
+            tally.latency(*middle, delivery.ready, *pwm);
+            false
+        });
+        pwm_writes.retain(|pwm| pwm + MEMORY > now);
+        self.exposures.retain(|(_, middle)| middle + MEMORY > now);
+    }
+
+    /// Compare what it believes and does with what is true.
+    fn examine(&mut self, world: &World, side: usize) {
+        let duty = self.robot.base.motors().map(|motor| motor.duty).into_iter().fold(0.0, f64::max);
+        self.tally.move_on(duty, world.physics().robot_motion(side));
+        if let Some(belief) = self.belief() {
+            self.tally.believe(&belief, &world.sights(side));
         }
     }
 }
@@ -234,29 +308,37 @@ impl Player for FirmwarePlayer {
     }
 
     fn look(&mut self, now: Ps, world: &mut World, side: usize) {
+        let exposures = &mut self.exposures;
         let taken = self.cameras.step(now, &mut self.robot, |time, left, right| {
+            exposures.push((time, now));
             world.render(side, time, left, right);
         });
         if !taken {
             return;
         }
         self.counts.frames += 1;
-        for wire in self.robot.turret.take_reports() {
+        let deliveries = self.robot.turret.fpga.deliveries().to_vec();
+        for (wire, delivery) in self.robot.turret.take_reports().into_iter().zip(deliveries) {
             self.said.extend(wire);
             if let Some(report) = report_decode(&wire) {
+                self.delivered(&report, delivery);
                 self.count(report, world, side);
             }
         }
+        self.follow_reports(now);
     }
 
     fn start(&mut self, heading_deg: f64) {
         if self.load_at_start.is_none() {
             self.load_at_start = Some(self.robot.base.load());
         }
+        self.playing = Some(0);
         self.type_line(&format!("start {}", heading_deg.round() as i32));
     }
 
     fn stop(&mut self) {
+        self.playing = None;
+        self.on_the_way.clear();
         self.type_line("stop");
     }
 
@@ -268,6 +350,10 @@ impl Player for FirmwarePlayer {
             base.set_proximity(world.infrared(side));
         }
         self.ticks += 1;
+        if let Some(ticks) = self.playing {
+            self.playing = Some(ticks + 1);
+            self.examine(world, side);
+        }
         self.collect_serial();
         wheels
     }

@@ -77,6 +77,15 @@ struct Spi {
     miso: bool,
 }
 
+/// When a report went to the base.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Delivery {
+    /// It was ready, and attention asked for.
+    pub ready: Ps,
+    /// Its last word was read.
+    pub read: Ps,
+}
+
 /// The FPGA.
 #[derive(Clone, Debug)]
 pub struct Fpga {
@@ -91,7 +100,10 @@ pub struct Fpga {
     coming: Option<(Ps, Wire)>,
     ready: Option<Wire>,
     transfer: Option<Transfer>,
+    /// Since when the report that is ready has been.
+    ready_since: Ps,
     delivered: Vec<Wire>,
+    deliveries: Vec<Delivery>,
     spi: Spi,
 }
 
@@ -108,7 +120,9 @@ impl Fpga {
             coming: None,
             ready: None,
             transfer: None,
+            ready_since: now,
             delivered: Vec::new(),
+            deliveries: Vec::new(),
             spi: Spi { miso: true, ..Spi::default() },
         }
     }
@@ -203,6 +217,9 @@ impl Fpga {
             self.write_register(address, value);
         }
         if last {
+            if wire.is_some() {
+                self.deliveries.push(Delivery { ready: self.ready_since, read: now });
+            }
             self.delivered.extend(wire);
             // A newer report that came meanwhile keeps its claim to attention.
             if wire == self.ready {
@@ -214,7 +231,14 @@ impl Fpga {
 
     /// The reports that the base has read to their end since the last call.
     pub fn take_reports(&mut self) -> Vec<[u8; REPORT_SIZE]> {
+        self.deliveries.clear();
         std::mem::take(&mut self.delivered)
+    }
+
+    /// When the reports came that [`Fpga::take_reports`] is going to return, in its order. A report
+    /// that was overtaken by the next one while it was read counts from that one's time.
+    pub fn deliveries(&self) -> &[Delivery] {
+        &self.deliveries
     }
 
     /// Levels of the register port's pins (SPI mode 0). Call on every change.
@@ -303,8 +327,9 @@ impl Fpga {
             self.generation = generation;
             self.restart(now);
         }
-        if let Some((_, wire)) = self.coming.take_if(|(ready, _)| *ready <= now) {
+        if let Some((ready, wire)) = self.coming.take_if(|(ready, _)| *ready <= now) {
             self.ready = Some(wire);
+            self.ready_since = ready;
         }
     }
 

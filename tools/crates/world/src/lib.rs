@@ -17,6 +17,7 @@ pub mod referee;
 pub mod render;
 pub mod sensor;
 mod shade;
+pub mod sight;
 mod stretch;
 
 use common_sys::link::Report;
@@ -32,6 +33,7 @@ use referee::KickOff;
 pub use render::BallColour;
 use render::{Frame, Scene};
 use sensor::Sensors;
+use sight::Sights;
 
 /// Simulated time of one [`World::step`].
 pub const TICK: Ps = MS;
@@ -175,6 +177,28 @@ impl World {
         } else {
             turned
         }
+    }
+
+    /// What there truly is to be seen for a robot now.
+    pub fn sights(&self, robot: usize) -> Sights {
+        self.sights_of(&self.now(0), robot)
+    }
+
+    /// The same when the frames were exposed that a report tells about, one of the latest.
+    pub fn sights_then(&self, robot: usize, exposure_time: u16) -> Option<Sights> {
+        let mut seen = self.seen[robot].iter();
+        let moment = seen.find(|moment| moment.exposure_time == exposure_time)?;
+        Some(self.sights_of(moment, robot))
+    }
+
+    fn sights_of(&self, moment: &Moment, robot: usize) -> Sights {
+        sight::Around {
+            me: moment.robots[robot],
+            other: moment.robots[1 - robot],
+            ball_mm: moment.ball_mm,
+            attacks: self.attacks[robot],
+        }
+        .sights()
     }
 
     /// What moves.

@@ -1,5 +1,8 @@
 //! `sot play`: a match on the twin.
 
+mod series;
+mod stats;
+
 use std::env;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -35,6 +38,7 @@ Examples:
   sot play --opponent chaser --noise measured   somebody who runs for the ball; cameras as they are
   sot play --opponent self --format league --seconds 600   our robot against itself, a whole match
   sot play --opponent self --opponent-image other.elf      ... against another strategy
+  sot play --matches 100 --noise measured --jobs 2 --csv kick-offs.csv   statistics
   sot play --eyes black                      what it is worth without eyes
   sot play --flash flash.img                 with a flash image from `sot bitstream pack`")]
 pub struct Args {
@@ -89,6 +93,16 @@ pub struct Args {
     /// Change a property of the physics by a factor, as rolling-loss=1.3; may be repeated
     #[arg(long, value_name = "NAME=FACTOR", value_parser = parse_vary)]
     vary: Vec<(String, f64)>,
+    /// Play so many matches, of the seeds from --seed on, and say what they come to together
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    matches: Option<u64>,
+    /// With --matches: so many at once [default: one for each processor]
+    #[arg(long, value_name = "J", requires = "matches",
+          value_parser = clap::value_parser!(u16).range(1..=256))]
+    jobs: Option<u16>,
+    /// With --matches: write a row for each match
+    #[arg(long, value_name = "FILE", requires = "matches")]
+    csv: Option<PathBuf>,
     /// Print what is said on the serial line, to standard error
     #[arg(long)]
     serial: bool,
@@ -255,6 +269,9 @@ fn other(args: &Args, ours: &Images) -> Result<Other> {
 
 /// Run the verb.
 pub fn run(args: &Args) -> Result<()> {
+    if let Some(matches) = args.matches {
+        return run_series(args, matches);
+    }
     let mut game = Game::new(setup(args)?)?;
 
     let started = Instant::now();
@@ -269,7 +286,7 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let factor = summary.time as f64 / SECOND as f64 / host_seconds;
     if args.json {
-        println!("{}", as_json(args.seed, &summary, factor));
+        println!("{}", as_json(args.seed, &summary, Some(factor)));
     } else {
         print_summary(args, &summary, factor);
     }
@@ -280,6 +297,34 @@ pub fn run(args: &Args) -> Result<()> {
             println!("picture   {}", path.display());
         }
     }
+    Ok(())
+}
+
+/// Many matches.
+fn run_series(args: &Args, matches: u64) -> Result<()> {
+    if args.picture.is_some() || args.serial {
+        let cause = "a picture and the serial line are those of one match: leave out --matches";
+        return Err(Usage(cause.to_owned()).into());
+    }
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let outcome = series::Series {
+        setup: &setup(args)?,
+        matches,
+        jobs: args.jobs.map_or(processors, usize::from),
+        csv: args.csv.as_deref(),
+        show: !args.headless,
+    }
+    .play()?;
+    let together = outcome.together();
+    if !args.json {
+        together.print();
+        return Ok(());
+    }
+    // What each match took of the host's time is not known: jobs share it.
+    for (seed, summary) in (outcome.first_seed..).zip(&outcome.summaries) {
+        println!("{}", as_json(seed, summary, None));
+    }
+    println!("{}", together.as_json());
     Ok(())
 }
 
@@ -312,7 +357,7 @@ fn watch(game: &mut Game, args: &Args) {
     bar.finish_and_clear();
 }
 
-fn as_json(seed: u64, summary: &Summary, factor: f64) -> serde_json::Value {
+fn as_json(seed: u64, summary: &Summary, factor: Option<f64>) -> serde_json::Value {
     json!({
         "seed": seed,
         "goals_for": summary.goals_for,
@@ -325,6 +370,12 @@ fn as_json(seed: u64, summary: &Summary, factor: f64) -> serde_json::Value {
         "own_goals": summary.own_goals,
         "events": summary.events.iter().map(event_as_json).collect::<Vec<_>>(),
         "cpu_load": summary.cpu_load,
+        "time_to_ball_s": summary.time_to_ball.map(|time| time as f64 / SECOND as f64),
+        "time_to_goal_s": summary.time_to_goal.map(|time| time as f64 / SECOND as f64),
+        "detection_rate": summary.tally.ball.rate(),
+        "stuck_s": f64::from(summary.tally.stuck_ms) / 1000.0,
+        "exposure_to_pwm_ms": summary.tally.exposure_to_pwm_ms.percentile(0.5),
+        "report_to_pwm_ms": summary.tally.report_to_pwm_ms.percentile(0.5),
         "fpga": {
             "configured": summary.fpga.configured,
             "function": summary.fpga.function,
