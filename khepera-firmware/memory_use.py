@@ -2,20 +2,21 @@
 """Print what an image takes of flash, RAM and stack, and fail beyond the limits.
 
 Flash and RAM limits are those of board/khepera.h. The stack need is the deepest path of the call
-graph (frame sizes from GCC's .su files, calls from the disassembly), plus one interrupt of each level on top. A call through a pointer counts
-as the deepest function whose address is taken; below such a function, as the deepest one that itself
-calls nothing through a pointer: commands call the base, the base calls nobody.
+graph (frame sizes from GCC's .su files, calls from the disassembly), plus one interrupt of each level
+on top. What a call through a pointer may reach is listed in indirect_calls.txt.
 
 Exit codes: 0 fits, 1 does not, 2 wrong use.
 """
 
 import argparse
+import fnmatch
 import pathlib
 import re
 import subprocess
 import sys
 
 BOARD = pathlib.Path(__file__).parent / "board" / "khepera.h"
+INDIRECT_CALLS = pathlib.Path(__file__).parent / "indirect_calls.txt"
 # The CPU stacks four words; movem of D0/D1/A0/A1 and more is in the frame size of the .su files.
 EXCEPTION_FRAME = 8
 RETURN_ADDRESS = 4
@@ -50,7 +51,8 @@ def sections(objdump, elf):
 
 
 def frame_sizes(folder):
-    sizes = {}
+    """Frame size and source file of every function."""
+    sizes, files = {}, {}
     for path in pathlib.Path(folder).rglob("*.su"):
         for line in path.read_text(encoding="utf-8").splitlines():
             place, size, kind = line.split("\t")
@@ -58,7 +60,8 @@ def frame_sizes(folder):
                 raise SystemExit(f"memory use: {place}: frame without a bound")
             name = place.split(":")[-1]
             sizes[name] = max(sizes.get(name, 0), int(size))
-    return sizes
+            files[name] = pathlib.Path(place.split(":")[0]).name
+    return sizes, files
 
 
 def disassembly(objdump, elf):
@@ -71,7 +74,8 @@ def function_addresses(lines):
 
 
 def call_graph(lines):
-    """Calls of each function by name; "*" stands for a call through a pointer.
+    """Calls of each function by name; "*" stands for a call through a pointer, "@" for a function's
+    address loaded.
 
     A function whose address is merely loaded counts as called: GCC keeps the addresses of what it
     calls often in registers."""
@@ -84,52 +88,56 @@ def call_graph(lines):
             current.update(re.findall(r"<([^>+]+)>", line))
             for number in re.findall(r"move(?:a)?l #(\d+),", line):
                 if int(number) in functions:
-                    current.add(functions[int(number)])
+                    current |= {functions[int(number)], "@"}
             if match := re.search(r",%(a[0-6])$", line):
                 # "lea 1234 <function>,%a4": a call through %a4 is no call through a pointer.
                 registers[match.group(1)] = re.search(r"\tlea [0-9a-f]+ <[^>+]+>,", line)
+                if registers[match.group(1)]:
+                    current.add("@")
             if match := re.search(r"\tj(?:sr|mp) %(\w+)", line):
                 if not registers.get(match.group(1)):
                     current.add("*")
-    return {name: {one for one in calls if one == "*" or one in graph} - {name}
+    return {name: {one for one in calls if one in "*@" or one in graph} - {name}
             for name, calls in graph.items()}
 
 
-def calls_pointers(name, graph, seen=frozenset()):
-    """Whether `name` or anything below it calls through a pointer."""
-    callees = graph.get(name, set())
-    return "*" in callees or any(
-        calls_pointers(one, graph, seen | {name}) for one in callees - seen - {name}
-    )
+def resolve_pointers(graph, files):
+    """Put the functions that a pointer may reach in the place of each "*"."""
+    rules = []
+    for line in INDIRECT_CALLS.read_text(encoding="utf-8").splitlines():
+        if line and not line.startswith("#"):
+            file, callees = line.split(":")
+            rules.append((file, callees.split()))
+    for name, calls in graph.items():
+        loads_addresses = "@" in calls
+        calls.discard("@")
+        if "*" not in calls:
+            continue
+        calls.discard("*")
+        file = files.get(name, files.get(name.split(".")[0], ""))
+        fitting = [
+            callees
+            for rule, callees in rules
+            if fnmatch.fnmatch(file, rule) or fnmatch.fnmatch(name, rule)
+        ]
+        reached = {
+            one
+            for callees in fitting
+            for pattern in callees
+            for one in fnmatch.filter(graph, pattern)
+        }
+        if not fitting and not loads_addresses:
+            raise SystemExit(f"memory use: {INDIRECT_CALLS.name} does not say what {name} may call")
+        calls |= reached
 
 
-def deepest(name, graph, sizes, pointed, path=()):
-    """Bytes that a call of `name` takes at most; `pointed`: what a pointer may call."""
+def deepest(name, graph, sizes, path=()):
+    """Bytes that a call of `name` takes at most."""
     plain = name.split(".")[0]
     if name in path:
         raise SystemExit(f"memory use: recursion: {' -> '.join((*path, name))}")
-    below = 0
-    for callee in graph.get(name, ()):
-        if callee == "*":
-            leaves = {one for one in pointed if not calls_pointers(one, graph)}
-            for one in pointed:
-                below = max(below, deepest(one, graph, sizes, leaves, (*path, name)))
-        else:
-            below = max(below, deepest(callee, graph, sizes, pointed, (*path, name)))
+    below = max((deepest(one, graph, sizes, (*path, name)) for one in graph.get(name, ())), default=0)
     return sizes.get(name, sizes.get(plain, 0)) + RETURN_ADDRESS + below
-
-
-def pointed_functions(objdump, elf, addresses):
-    """Functions whose address lies in the linked image's data."""
-    found = set()
-    for section in (".rodata", ".data"):
-        data = b""
-        for line in run(objdump, "-s", "-j", section, elf).splitlines():
-            if match := re.match(r"^ [0-9a-f]+ ((?:[0-9a-f]{2,8} ?)+) ", line):
-                data += bytes.fromhex(match.group(1))
-        for at in range(0, len(data) - 3, 2):  # the 68k aligns to two bytes
-            found.add(addresses.get(int.from_bytes(data[at : at + 4], "big")))
-    return found - {None}
 
 
 def main():
@@ -165,13 +173,12 @@ def main():
         if name == ".bss" and arguments.loader:
             stack = ram_base + ram_limit - (address + size)
 
-    sizes = frame_sizes(arguments.stack_usage)
-    code = disassembly(arguments.objdump, arguments.elf)
-    graph = call_graph(code)
-    pointed = pointed_functions(arguments.objdump, arguments.elf, function_addresses(code))
+    sizes, files = frame_sizes(arguments.stack_usage)
+    graph = call_graph(disassembly(arguments.objdump, arguments.elf))
+    resolve_pointers(graph, files)
     interrupts = [name for name in graph if name.endswith("_isr")]
-    isr = max((deepest(name, graph, sizes, pointed) for name in interrupts), default=0)
-    need = deepest("main", graph, sizes, pointed) + INTERRUPT_LEVELS * (isr + EXCEPTION_FRAME)
+    isr = max((deepest(name, graph, sizes) for name in interrupts), default=0)
+    need = deepest("main", graph, sizes) + INTERRUPT_LEVELS * (isr + EXCEPTION_FRAME)
 
     for what, used, limit in (
         ("flash", flash, flash_limit),

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "drivers/stop_word.h"
 #include "vision/camera.h"
 
 #define STEP_S          0.001
@@ -248,18 +249,79 @@ static int base_console_read(void *context)
 {
     pitch_t *pitch = context;
 
-    return *pitch->typed != '\0' ? (uint8_t)*pitch->typed++ : -1;
+    if (*pitch->typed == '\0')
+        return -1;
+    if (stop_word_take(&pitch->stop_matched, (uint8_t)*pitch->typed))
+        pitch->stop_word = 1;
+    return (uint8_t)*pitch->typed++;
 }
 
-static int base_console_write(void *context, uint8_t character)
+static void base_console_write(void *context, const char *characters, uint16_t count)
 {
     pitch_t *pitch = context;
 
-    if (pitch->printed_count + 1 == PITCH_CONSOLE_SIZE)
-        return 0;
-    pitch->printed[pitch->printed_count++] = (char)character;
+    for (; count > 0 && pitch->printed_count + 1 < PITCH_CONSOLE_SIZE; count--)
+        pitch->printed[pitch->printed_count++] = *characters++;
     pitch->printed[pitch->printed_count] = '\0';
+}
+
+static uint32_t base_console_room(void *context)
+{
+    (void)context;
+    return PITCH_CONSOLE_SIZE;
+}
+
+static int base_console_sent(void *context)
+{
+    (void)context;
     return 1;
+}
+
+static void base_console_baud(void *context, uint32_t baud)
+{
+    ((pitch_t *)context)->baud = baud;
+}
+
+static int base_stop_word(void *context)
+{
+    pitch_t *pitch = context;
+    int found = pitch->stop_word;
+
+    pitch->stop_word = 0;
+    return found;
+}
+
+static int base_turret_write(void *context, uint8_t address, uint16_t value)
+{
+    (void)context;
+    (void)address;
+    (void)value;
+    return 1;
+}
+
+static void base_sensors(void *context, adc_readings_t *readings)
+{
+    *readings = ((const pitch_t *)context)->sensors;
+}
+
+static uint8_t base_bus_read(void *context, uint8_t address)
+{
+    return ((const pitch_t *)context)->extension[address];
+}
+
+static void base_bus_write(void *context, uint8_t address, uint8_t value)
+{
+    ((pitch_t *)context)->extension[address] = value;
+}
+
+static uint16_t base_fine(void *context)
+{
+    return (uint16_t)(uint64_t)(((const pitch_t *)context)->time_s * BASE_FINE_HZ);
+}
+
+static void base_restart(void *context, base_restart_t how)
+{
+    ((pitch_t *)context)->restarted = 1 + (int)how;
 }
 
 static void base_leds(void *context, uint8_t leds)
@@ -267,12 +329,14 @@ static void base_leds(void *context, uint8_t leds)
     ((pitch_t *)context)->leds = leds;
 }
 
-static int base_crash(void *context, char *text, uint16_t size)
+static const crash_record_t *base_crash(void *context)
 {
-    (void)context;
-    (void)text;
-    (void)size;
-    return 0;
+    return ((const pitch_t *)context)->crash;
+}
+
+static void base_crash_clear(void *context)
+{
+    ((pitch_t *)context)->crash = NULL;
 }
 
 static uint32_t base_stack_used(void *context)
@@ -456,6 +520,8 @@ static void place_bodies(pitch_t *pitch)
              hypot(pitch->opponent_x - pitch->ball_x, pitch->opponent_y - pitch->ball_y) < 90);
 }
 
+static const uint8_t build_id_of_tests[BUILD_ID_BYTES] = {0xAB, 0xCD};
+
 void pitch_begin(pitch_t *pitch, uint32_t seed, pitch_eyes_t eyes, double noise)
 {
     unsigned i;
@@ -475,9 +541,22 @@ void pitch_begin(pitch_t *pitch, uint32_t seed, pitch_eyes_t eyes, double noise)
     pitch->base.report = base_report;
     pitch->base.console_read = base_console_read;
     pitch->base.console_write = base_console_write;
+    pitch->base.console_room = base_console_room;
+    pitch->base.console_sent = base_console_sent;
+    pitch->base.console_baud = base_console_baud;
+    pitch->base.stop_word = base_stop_word;
+    pitch->base.turret_write = base_turret_write;
+    pitch->base.sensors = base_sensors;
+    pitch->base.bus_read = base_bus_read;
+    pitch->base.bus_write = base_bus_write;
+    pitch->base.fine = base_fine;
+    pitch->base.restart = base_restart;
+    pitch->base.build_id = build_id_of_tests;
+    pitch->base.stack_size = 8192;
     pitch->base.leds = base_leds;
     pitch->base.reset_cause = "power";
     pitch->base.crash = base_crash;
+    pitch->base.crash_clear = base_crash_clear;
     pitch->base.stack_used = base_stack_used;
     pitch->base.console_lost = base_none_lost;
     pitch->base.reports_lost = base_none_lost;

@@ -13,7 +13,7 @@
 #include "link/report.h"
 
 #define PITCH_REPORTS_UNDER_WAY 8
-#define PITCH_CONSOLE_SIZE      4096
+#define PITCH_CONSOLE_SIZE      32768
 
 /* Black: nothing in the picture. Blind to ball: painted pink. Dead: no reports. Frozen: the same
  * report again and again. Damaged: one bit of each report is wrong. */
@@ -57,6 +57,13 @@ typedef struct {
     char printed[PITCH_CONSOLE_SIZE]; /* what the robot wrote, NUL-terminated */
     unsigned printed_count;
     uint8_t leds;
+    uint8_t stop_matched;
+    int stop_word;
+    adc_readings_t sensors;
+    uint8_t extension[64];
+    const crash_record_t *crash; /* as of the start before */
+    uint32_t baud;               /* as the program asked for, 0 = it did not */
+    int restarted;               /* 1 + base_restart_t */
 
     base_t base;
     robot_t robot;

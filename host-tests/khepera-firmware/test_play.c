@@ -1,6 +1,11 @@
 // sources: host-tests/khepera-firmware/imagined_pitch.c
-// sources: khepera-firmware/app/robot.c khepera-firmware/app/console.c
-// sources: khepera-firmware/app/motion.c khepera-firmware/app/text.c
+// sources: khepera-firmware/app/robot.c khepera-firmware/app/line_editor.c
+// sources: khepera-firmware/app/motion.c khepera-firmware/app/wheel.c khepera-firmware/app/pose.c
+// sources: khepera-firmware/app/format.c khepera-firmware/app/log.c khepera-firmware/app/tasks.c
+// sources: khepera-firmware/app/kteam.c khepera-firmware/app/shell.c
+// sources: khepera-firmware/app/shell_robot.c khepera-firmware/app/shell_debug.c
+// sources: khepera-firmware/app/shell_parameters.c khepera-firmware/app/telemetry.c
+// sources: khepera-firmware/app/parameters.c khepera-firmware/app/parameter_store.c
 // sources: khepera-firmware/soccer/angle.c khepera-firmware/soccer/odometry.c
 // sources: khepera-firmware/soccer/sighting.c khepera-firmware/soccer/soccer.c
 // sources: khepera-firmware/soccer/strategy.c khepera-firmware/soccer/world.c

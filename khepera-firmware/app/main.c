@@ -3,13 +3,18 @@
 
 #include "app/base.h"
 #include "app/robot.h"
-#include "app/text.h"
+#include "board/access.h"
+#include "board/boot.h"
 #include "board/crash.h"
 #include "board/khepera.h"
+#include "drivers/adc.h"
 #include "drivers/encoders.h"
+#include "drivers/extension_bus.h"
+#include "drivers/flash.h"
 #include "drivers/interrupts.h"
 #include "drivers/leds.h"
 #include "drivers/motors.h"
+#include "drivers/qspi.h"
 #include "drivers/sci.h"
 #include "drivers/tick.h"
 #include "drivers/turret.h"
@@ -26,6 +31,12 @@ static void base_motors(void *context, int16_t left, int16_t right)
     motors_drive(left, right);
 }
 
+static int base_stop_word(void *context)
+{
+    (void)context;
+    return sci_take_stop_word();
+}
+
 static int base_report(void *context, uint8_t wire[REPORT_SIZE], uint16_t *age_100us)
 {
     uint16_t age_fine = 0;
@@ -37,16 +48,28 @@ static int base_report(void *context, uint8_t wire[REPORT_SIZE], uint16_t *age_1
     return 1;
 }
 
-static int base_console_read(void *context)
+static int base_turret_write(void *context, uint8_t address, uint16_t value)
 {
     (void)context;
-    return sci_read();
+    return turret_write(address, value);
 }
 
-static int base_console_write(void *context, uint8_t character)
+static void base_sensors(void *context, adc_readings_t *readings)
 {
     (void)context;
-    return sci_write(character);
+    adc_read(readings);
+}
+
+static uint8_t base_bus_read(void *context, uint8_t address)
+{
+    (void)context;
+    return extension_bus_read(address);
+}
+
+static void base_bus_write(void *context, uint8_t address, uint8_t value)
+{
+    (void)context;
+    extension_bus_write(address, value);
 }
 
 static void base_leds(void *context, uint8_t leds)
@@ -55,25 +78,61 @@ static void base_leds(void *context, uint8_t leds)
     leds_show(leds);
 }
 
-static int base_crash(void *context, char *buffer, uint16_t size)
+static int base_console_read(void *context)
 {
-    const crash_record_t *record = crash_last();
-    text_t text;
-
     (void)context;
-    text_begin(&text, buffer, size);
-    if (record == NULL)
-        return 0;
-    text_add(&text, "vector ");
-    text_add_decimal(&text, crash_vector(record));
-    text_add(&text, " at PC ");
-    text_add_hex(&text, crash_pc(record), 8);
-    text_add(&text, " in build ");
-    text_add_hex(&text,
-                 (uint32_t)record->build_id[0] << 24 | (uint32_t)record->build_id[1] << 16 |
-                     (uint32_t)record->build_id[2] << 8 | record->build_id[3],
-                 8);
-    return 1;
+    return sci_read();
+}
+
+static void base_console_write(void *context, const char *characters, uint16_t count)
+{
+    (void)context;
+    sci_write(characters, count);
+}
+
+static uint32_t base_console_room(void *context)
+{
+    (void)context;
+    return sci_room();
+}
+
+static int base_console_sent(void *context)
+{
+    (void)context;
+    return sci_sent();
+}
+
+static void base_console_baud(void *context, uint32_t baud)
+{
+    (void)context;
+    sci_set_baud(baud);
+}
+
+static uint16_t base_fine(void *context)
+{
+    (void)context;
+    return tick_fine();
+}
+
+static void base_restart(void *context, base_restart_t how)
+{
+    (void)context;
+    if (how == BASE_LOADER)
+        boot_enter_loader();
+    else
+        boot_restart();
+}
+
+static const crash_record_t *base_crash(void *context)
+{
+    (void)context;
+    return crash_last();
+}
+
+static void base_crash_clear(void *context)
+{
+    (void)context;
+    crash_clear();
 }
 
 static uint32_t base_stack_used(void *context)
@@ -96,63 +155,137 @@ static uint16_t base_reports_lost(void *context)
     return (uint16_t)(lost > UINT16_MAX ? UINT16_MAX : lost);
 }
 
+/* ---- The flash's parameter sectors: the program runs from RAM and may erase it ---- */
+
+static uint16_t store_flash_read(void *context, uint32_t address)
+{
+    (void)context;
+    return flash_board_bus.read(flash_board_bus.context, address);
+}
+
+static int store_flash_program(void *context, uint32_t address, uint16_t word)
+{
+    (void)context;
+    return flash_program(&flash_board_bus, address, word) == FLASH_OK;
+}
+
+static int store_flash_erase_begin(void *context, uint32_t sector)
+{
+    (void)context;
+    flash_erase_begin(&flash_board_bus, sector);
+    return 1;
+}
+
+static int store_flash_erase_poll(void *context, uint32_t sector)
+{
+    flash_error_t state = flash_erase_poll(&flash_board_bus, sector);
+
+    (void)context;
+    if (state == FLASH_BUSY)
+        return 0;
+    return state == FLASH_OK ? 1 : -1;
+}
+
+static const store_flash_t store_flash = {
+    .sector = {BOARD_PARAMETER_A, BOARD_PARAMETER_B},
+    .size = BOARD_PARAMETER_SIZE,
+    .read = store_flash_read,
+    .program = store_flash_program,
+    .erase_begin = store_flash_erase_begin,
+    .erase_poll = store_flash_erase_poll,
+};
+
+static base_t base = {
+    .encoders = base_encoders,
+    .motors = base_motors,
+    .stop_word = base_stop_word,
+    .report = base_report,
+    .turret_write = base_turret_write,
+    .sensors = base_sensors,
+    .bus_read = base_bus_read,
+    .bus_write = base_bus_write,
+    .leds = base_leds,
+    .console_read = base_console_read,
+    .console_write = base_console_write,
+    .console_room = base_console_room,
+    .console_sent = base_console_sent,
+    .console_baud = base_console_baud,
+    .fine = base_fine,
+    .restart = base_restart,
+    .crash = base_crash,
+    .crash_clear = base_crash_clear,
+    .stack_used = base_stack_used,
+    .console_lost = base_console_lost,
+    .reports_lost = base_reports_lost,
+};
 static robot_t robot;
 
-/* For debuggers, and for the twin: found by its name. */
+/* For the twin, which finds it by its name: what soccer believes (soccer/belief.h). */
 extern const soccer_belief_t *const soccer_belief;
 const soccer_belief_t *const soccer_belief = &robot.soccer.belief;
+
+static void poll_drivers(void)
+{
+    qspi_owner_t owner;
+    int gave_up = qspi_poll(&owner);
+
+    turret_poll(gave_up && owner == QSPI_TURRET);
+    adc_tick();
+    sci_poll();
+}
 
 /* Sleep until there is something to do. Encoder edges come by thousands a second and are none. */
 static void wait_for_work(void)
 {
-    (void)interrupts_mask();
+    tasks_sleep(&robot.tasks, tick_fine());
+    (void)access_mask();
     while (!interrupts_work) {
-        interrupts_wait();
-        (void)interrupts_mask();
+        access_sleep();
+        (void)access_mask();
     }
     interrupts_work = 0;
-    interrupts_enable();
+    access_unmask();
+    tasks_wake(&robot.tasks, tick_fine());
+}
+
+static void init_base(void)
+{
+    base.reset_cause = boot_was_asked() ? "restart" : reset_cause();
+    base.build_id = build_id();
+    base.stack_size = stack_capacity();
+    base.flash = &store_flash;
+    motors_init();
+    tick_init();
+    encoders_init();
+    qspi_init();
+    leds_init();
+    adc_init();
+    turret_init();
+    extension_bus_init();
+    sci_init(BOARD_BAUD);
 }
 
 int main(void);
 int main(void)
 {
-    static base_t base = {
-        NULL,
-        base_encoders,
-        base_motors,
-        base_report,
-        base_console_read,
-        base_console_write,
-        base_leds,
-        NULL,
-        base_crash,
-        base_stack_used,
-        base_console_lost,
-        base_reports_lost,
-    };
-
-    base.reset_cause = reset_cause();
-    motors_init();
-    tick_init();
-    encoders_init();
-    turret_init();
-    sci_init(BOARD_BAUD);
+    init_base();
     robot_init(&robot, &base);
-    interrupts_enable();
+    access_unmask();
 
     for (;;) {
         uint8_t ticks = tick_take();
+        int more;
 
         if (ticks > 0) {
-            turret_poll();
+            robot.tasks.late_ticks += ticks - 1u;
+            poll_drivers();
             robot_tick(&robot);
         }
-        robot_poll(&robot);
+        more = robot_poll(&robot);
         /* Both tasks ran: only now may the watchdog start anew. */
         if (ticks > 0)
             watchdog_service();
-
-        wait_for_work();
+        if (!more)
+            wait_for_work();
     }
 }

@@ -1,184 +1,236 @@
 #include "app/robot.h"
 
-#include "app/text.h"
+#include <stddef.h>
 
-#define REPLY_SIZE 100u
+#include "app/kteam.h"
+#include "app/shell.h"
+
 /* Console characters a poll: a flood may not starve the control loop. */
-#define READ_MAX   32
+#define READ_MAX        64
+#define LED_PLAYING     1u
+#define LED_BALL        2u
+#define MS_PER_TICK     10u
+/* Below the threshold for so long: a motor's start pulls the battery down for less. */
+#define BATTERY_LOW_MAX 50u
+/* Room that live log lines and streamed lines leave to answers. */
+#define BACKGROUND_ROOM (ROBOT_REPLY_ROOM + 1024u)
 
-static void say(const robot_t *robot, const char *string)
+static uint16_t now_fine(const robot_t *robot)
 {
-    for (; *string != '\0'; string++)
-        (void)robot->base->console_write(robot->base->context, (uint8_t)*string);
+    return robot->base->fine(robot->base->context);
 }
 
-static void say_line(const robot_t *robot, const char *string)
+/* ---- Console ---- */
+
+static void put_character(void *context, char character)
 {
-    say(robot, string);
-    say(robot, "\r\n");
+    const robot_t *robot = context;
+
+    robot->base->console_write(robot->base->context, &character, 1);
 }
 
-/* ---- Console commands: each gets what follows its name ---- */
-
-static void command_help(robot_t *robot, const char *rest);
-static void command_status(robot_t *robot, const char *rest);
-static void command_start(robot_t *robot, const char *rest);
-static void command_stop(robot_t *robot, const char *rest);
-
-static const struct {
-    const char *name;
-    void (*run)(robot_t *robot, const char *rest);
-    const char *help;
-} commands[] = {
-    {"help", command_help, "help            this list"},
-    {"status", command_status, "status          state, pose, ball, reports, faults"},
-    {"start", command_start,
-     "start HEADING   play; HEADING = where the robot faces, degrees -180..180,\r\n"
-     "                0 = towards the opponent's goal, positive = turned left"},
-    {"stop", command_stop, "stop            motors off, wait for the next start"},
-};
-#define COMMAND_COUNT (sizeof commands / sizeof commands[0])
-
-static void command_help(robot_t *robot, const char *rest)
+void robot_print(const robot_t *robot, const char *format, ...)
 {
-    unsigned i;
+    char buffer[ROBOT_PRINT_MAX + 1];
+    va_list arguments;
+    text_t text;
 
-    (void)rest;
-    for (i = 0; i < COMMAND_COUNT; i++)
-        say_line(robot, commands[i].help);
+    text_begin(&text, buffer, sizeof buffer);
+    va_start(arguments, format);
+    text_add_arguments(&text, format, arguments);
+    va_end(arguments);
+    robot->base->console_write(robot->base->context, buffer, text.used);
 }
 
-static void halt(robot_t *robot)
+void robot_list(robot_t *robot, robot_list_t list, const char *argument)
 {
-    motion_halt(&robot->motion);
+    robot->list = list;
+    robot->list_next = 0;
+    robot->list_argument = argument;
+}
+
+static int has_room(const robot_t *robot, uint32_t room)
+{
+    return robot->base->console_room(robot->base->context) >= room;
+}
+
+/* ---- Safety ---- */
+
+static void motors_off(robot_t *robot)
+{
+    motion_off(&robot->motion);
     robot->base->motors(robot->base->context, 0, 0);
 }
 
-static void command_start(robot_t *robot, const char *rest)
+void robot_stop(robot_t *robot)
 {
-    char reply[REPLY_SIZE];
-    text_t text;
-    int32_t heading_deg;
-
-    if (!console_number(rest, &heading_deg) || heading_deg < -180 || heading_deg > 180) {
-        say_line(robot, "error: start needs the robot's heading; give whole degrees -180..180, "
-                        "0 = towards the opponent's goal");
-        return;
-    }
-    soccer_start(&robot->soccer, angle_from_degrees(heading_deg));
-    robot->playing = 1;
-    text_begin(&text, reply, sizeof reply);
-    text_add(&text, "ok: playing, heading ");
-    text_add_decimal(&text, heading_deg);
-    say_line(robot, reply);
-}
-
-static void command_stop(robot_t *robot, const char *rest)
-{
-    (void)rest;
     robot->playing = 0;
-    halt(robot);
-    say_line(robot, "ok: stopped");
+    motors_off(robot);
 }
 
-static void say_number(const robot_t *robot, const char *before, int32_t value, const char *after)
+/* The interrupt has turned the motors off already; they have to stay off. */
+static void heed_stop_word(robot_t *robot)
 {
-    char number[12];
-    text_t text;
-
-    text_begin(&text, number, sizeof number);
-    text_add_decimal(&text, value);
-    say(robot, before);
-    say(robot, number);
-    say(robot, after);
+    if (!robot->base->stop_word(robot->base->context))
+        return;
+    robot_stop(robot);
+    if (!robot->emergency)
+        log_write(&robot->log, LOG_SYSTEM, LOG_WARN, "emergency stop");
+    robot->emergency = 1;
 }
 
-static const char *function_name(const robot_t *robot)
+int robot_take_over(robot_t *robot)
 {
-    if (robot->silent_ticks >= ROBOT_REPORT_TIMEOUT_TICKS)
-        return "silent: is its FPGA configured?";
-    if (robot->function == FPGA_FUNCTION_SOCCER)
-        return "soccer";
-    return robot->function == FPGA_FUNCTION_CAPTURE ? "capture: it finds no objects" : "unknown";
+    if (robot->emergency)
+        return 0;
+    if (robot->playing) {
+        log_write(&robot->log, LOG_SYSTEM, LOG_INFO, "play ended by a motion command");
+        robot_stop(robot);
+    }
+    return 1;
 }
 
-static void say_belief(const robot_t *robot)
+int robot_play(robot_t *robot, angle_t heading)
 {
-    const soccer_t *soccer = &robot->soccer;
-    pose_t pose;
+    if (robot->emergency)
+        return 0;
+    motion_off(&robot->motion);
+    soccer_start(&robot->soccer, heading);
+    robot->playing = 1;
+    log_write(&robot->log, LOG_SYSTEM, LOG_INFO, "play");
+    return 1;
+}
 
-    odometry_pose(&soccer->world.odometry, &pose);
-    say_number(robot, "pose: x ", pose.x_q4 / 16, " mm");
-    say_number(robot, ", y ", pose.y_q4 / 16, " mm");
-    say_number(robot, ", heading ", angle_to_degrees(pose.heading), " deg");
-    say_number(robot, ", +-", world_position_sigma_mm(&soccer->world), " mm\r\n");
-    if (soccer->world.ball.known) {
-        say_number(robot, "ball: x ", soccer->world.ball.x_q4 / 16, " mm");
-        say_number(robot, ", y ", soccer->world.ball.y_q4 / 16, " mm");
-        say_number(robot, ", seen ", soccer->world.ball.age_ticks * 10, " ms ago\r\n");
+static void tell_faults(robot_t *robot)
+{
+    uint8_t fault = motion_take_fault(&robot->motion);
+
+    if (fault & MOTION_FAULT_LEFT)
+        log_write(&robot->log, LOG_MOTION, LOG_WARN, "left wheel does not turn: motors off");
+    if (fault & MOTION_FAULT_RIGHT)
+        log_write(&robot->log, LOG_MOTION, LOG_WARN, "right wheel does not turn: motors off");
+}
+
+/* ---- Console lines ---- */
+
+static void obey(robot_t *robot, line_event_t event)
+{
+    const char *line = robot->editor.text;
+    int shell = *line >= 'a' && *line <= 'z';
+
+    heed_stop_word(robot);
+    if (event == LINE_TOO_LONG) {
+        if (shell)
+            robot_print(robot, "error: line too long; give at most %u characters\r\n",
+                        LINE_MAX_LENGTH);
+        else
+            robot_print(robot, "z,Protocol error\r\n");
+    } else if (shell) {
+        shell_obey(robot, line);
     } else {
-        say_line(robot, "ball: not known");
+        kteam_obey(robot, line);
     }
+    if (!robot->saving && robot->list == NULL)
+        line_editor_prompt(&robot->editor);
 }
 
-static void command_status(robot_t *robot, const char *rest)
+/* One line of the list under way. Returns 1 if there may be more. */
+static int go_on_with_list(robot_t *robot)
 {
-    const base_t *base = robot->base;
-    char crash[REPLY_SIZE];
-
-    (void)rest;
-    say(robot, "state: ");
-    say_line(robot, robot->playing ? soccer_state_name(&robot->soccer) : "stopped");
-    say_belief(robot);
-    say(robot, "turret: ");
-    say_line(robot, function_name(robot));
-    say_number(robot, "reports: ", (int32_t)robot->reports, " good");
-    say_number(robot, ", ", robot->bad_reports, " damaged");
-    say_number(robot, ", ", base->reports_lost(base->context), " lost\r\n");
-    say_number(robot, "up: ", (int32_t)(robot->ticks / 100), " s since reset by ");
-    say_line(robot, base->reset_cause);
-    say_number(robot, "stack: ", (int32_t)base->stack_used(base->context), " bytes used\r\n");
-    say_number(robot, "console: ", base->console_lost(base->context), " characters lost\r\n");
-    if (base->crash(base->context, crash, sizeof crash)) {
-        say(robot, "crash: ");
-        say_line(robot, crash);
-    }
+    if (robot->list == NULL || !has_room(robot, ROBOT_REPLY_ROOM))
+        return 0;
+    if (robot->list(robot, robot->list_next++))
+        return 1;
+    robot->list = NULL;
+    line_editor_prompt(&robot->editor);
+    return 1;
 }
 
-static void obey(robot_t *robot)
-{
-    const char *rest;
-    unsigned i;
-
-    for (i = 0; i < COMMAND_COUNT; i++) {
-        if (console_word(robot->console.line, commands[i].name, &rest)) {
-            commands[i].run(robot, rest);
-            return;
-        }
-    }
-    say_line(robot, "error: no such command; help lists them");
-}
-
-static void poll_console(robot_t *robot)
+/* Returns 1 if there may be more. */
+static int poll_console(robot_t *robot)
 {
     unsigned i;
 
     for (i = 0; i < READ_MAX; i++) {
-        int character = robot->base->console_read(robot->base->context);
+        line_event_t event;
+        int character;
 
+        if (robot->saving || robot->list != NULL || robot->restart != 0 ||
+            !has_room(robot, ROBOT_REPLY_ROOM))
+            return 0; /* goes on when the queue has been sent */
+        character = robot->base->console_read(robot->base->context);
         if (character < 0)
-            return;
-        switch (console_take(&robot->console, (uint8_t)character)) {
-        case CONSOLE_LINE:
-            obey(robot);
-            break;
-        case CONSOLE_TOO_LONG:
-            say_line(robot, "error: line too long; give at most 79 characters");
-            break;
-        case CONSOLE_NOTHING:
-            break;
+            return 0;
+        event = line_editor_take(&robot->editor, (uint8_t)character);
+        if (event != LINE_NOTHING) {
+            obey(robot, event);
+            return 1;
         }
     }
+    return 1;
+}
+
+static int step_save(robot_t *robot)
+{
+    store_result_t result;
+
+    if (!robot->saving)
+        return 0;
+    result = parameter_store_step(&robot->store);
+    if (result == STORE_BUSY)
+        return 0; /* a step a poll: there are many, and control comes first */
+    robot->saving = 0;
+    shell_saved(robot, result == STORE_DONE);
+    line_editor_prompt(&robot->editor);
+    return 1;
+}
+
+static void print_live_log(robot_t *robot)
+{
+    log_t *log = &robot->log;
+
+    if (!robot->log_live && !robot->editor.interactive) {
+        log->shown = log->written;
+        return;
+    }
+    while (log->shown != log->written && has_room(robot, BACKGROUND_ROOM)) {
+        const log_line_t *line = log_line(log, log->shown++);
+
+        if (line == NULL)
+            continue;
+        if (robot->editor.interactive)
+            robot_print(robot, "\r");
+        robot_print(robot, "[%u.%03u %s %s] %s\r\n", line->time_ms / 1000u, line->time_ms % 1000u,
+                    log_module_name((log_module_t)line->module),
+                    log_level_name((log_level_t)line->level), line->text);
+        line_editor_prompt(&robot->editor);
+    }
+}
+
+static void send_telemetry(robot_t *robot)
+{
+    telemetry_t *telemetry = &robot->telemetry;
+    unsigned i;
+
+    if (telemetry->count == 0 || --telemetry->wait_ticks > 0)
+        return;
+    telemetry->wait_ticks = telemetry->period_ticks;
+    if (!has_room(robot, BACKGROUND_ROOM + telemetry_line_size(telemetry))) {
+        telemetry->dropped++;
+        return;
+    }
+    robot_print(robot, "~%u", robot->ticks * MS_PER_TICK);
+    for (i = 0; i < telemetry->count; i++)
+        robot_print(robot, ",%d", telemetry_value(robot, telemetry->variable[i]));
+    robot_print(robot, "\r\n");
+}
+
+static void restart_when_sent(robot_t *robot)
+{
+    const base_t *base = robot->base;
+
+    if (robot->restart != 0 && base->console_sent(base->context))
+        base->restart(base->context, (base_restart_t)(robot->restart - 1u));
 }
 
 /* ---- Play ---- */
@@ -188,15 +240,13 @@ static int steer(robot_t *robot)
 {
     wheels_t wheels = {0, 0};
 
-    if (!robot->playing)
-        return 0;
     if (robot->silent_ticks >= ROBOT_BLIND_SEARCH_TICKS)
         soccer_search_blind(&robot->soccer, &wheels);
     else if (robot->silent_ticks >= ROBOT_REPORT_TIMEOUT_TICKS)
         return 0;
     else
         soccer_wheels(&robot->soccer, &wheels);
-    motion_command(&robot->motion, wheels.left_mm_s, wheels.right_mm_s);
+    motion_drive(&robot->motion, wheels.left_mm_s, wheels.right_mm_s);
     return 1;
 }
 
@@ -205,6 +255,7 @@ static void take_report(robot_t *robot)
     uint8_t wire[REPORT_SIZE];
     uint16_t age_100us;
     report_t report;
+    uint16_t begin = now_fine(robot);
     int16_t duty[2];
 
     if (!robot->base->report(robot->base->context, wire, &age_100us))
@@ -212,75 +263,207 @@ static void take_report(robot_t *robot)
     if (report_decode(wire, &report) != REPORT_OK) {
         if (robot->bad_reports < UINT16_MAX)
             robot->bad_reports++;
+        log_write(&robot->log, LOG_TURRET, LOG_DEBUG, "damaged report");
         return;
     }
     /* A turret that shows one report again and again has stopped seeing. */
-    if (robot->reports > 0 && report.sequence == robot->sequence)
+    if (robot->reports > 0 && report.sequence == robot->report.sequence)
         return;
-    robot->sequence = report.sequence;
+    if (robot->silent_ticks >= ROBOT_REPORT_TIMEOUT_TICKS)
+        log_write(&robot->log, LOG_TURRET, LOG_INFO, "reports come");
+    robot->report = report;
     robot->reports++;
     robot->silent_ticks = 0;
-    robot->function = report.function;
-    if (!robot->playing)
-        return;
-    soccer_see(&robot->soccer, &report, age_100us);
-    if (steer(robot)) {
-        motion_refresh(&robot->motion, duty);
-        robot->base->motors(robot->base->context, duty[0], duty[1]);
+    if (robot->playing) {
+        soccer_see(&robot->soccer, &report, age_100us);
+        if (steer(robot)) {
+            motion_refresh(&robot->motion, duty);
+            robot->base->motors(robot->base->context, duty[0], duty[1]);
+        }
     }
+    tasks_ran(&robot->tasks, TASK_REPORT, begin, now_fine(robot));
 }
 
-void robot_init(robot_t *robot, const base_t *base)
+static void tell_transitions(robot_t *robot)
 {
-    robot->base = base;
-    console_init(&robot->console);
-    motion_init(&robot->motion);
-    robot->tuning = soccer_tuning_default;
-    soccer_init(&robot->soccer, &robot->tuning);
-    base->encoders(base->context, robot->counts);
-    robot->ticks = 0;
-    robot->reports = 0;
-    robot->sequence = 0;
-    robot->bad_reports = 0;
-    robot->silent_ticks = ROBOT_BLIND_SEARCH_TICKS;
-    robot->function = FPGA_FUNCTION_NONE;
-    robot->playing = 0;
-    halt(robot);
-    say_line(robot, "StereoSot base, ready; help lists the commands");
+    strategy_event_t event;
+
+    while (soccer_take_event(&robot->soccer, &event))
+        log_write(&robot->log, LOG_SOCCER, LOG_INFO, "%s -> %s: %s",
+                  strategy_state_name(event.from), strategy_state_name(event.to),
+                  strategy_reason_name(event.reason));
 }
 
-void robot_tick(robot_t *robot)
+/* ---- Tick ---- */
+
+static void measure_travel(robot_t *robot, int32_t moved[2])
 {
-    const base_t *base = robot->base;
     int32_t counts[2];
-    int32_t moved[2];
-    int16_t duty[2];
     unsigned i;
 
-    base->encoders(base->context, counts);
+    robot->base->encoders(robot->base->context, counts);
     for (i = 0; i < 2; i++) {
         /* Unsigned: the counters wrap. */
         moved[i] = (int32_t)((uint32_t)counts[i] - (uint32_t)robot->counts[i]);
         robot->counts[i] = counts[i];
     }
-    robot->ticks++;
-    if (robot->silent_ticks < UINT16_MAX)
-        robot->silent_ticks++;
-
-    soccer_tick(&robot->soccer, moved);
-    if (steer(robot)) {
-        motion_step(&robot->motion, moved, duty);
-        base->motors(base->context, duty[0], duty[1]);
-    } else {
-        halt(robot);
-    }
-    base->leds(
-        base->context,
-        (uint8_t)(robot->playing | (robot->soccer.world.ball.known && robot->playing ? 2u : 0u)));
 }
 
-void robot_poll(robot_t *robot)
+static void count_silence(robot_t *robot)
 {
-    poll_console(robot);
+    if (robot->silent_ticks < UINT16_MAX)
+        robot->silent_ticks++;
+    if (robot->silent_ticks == ROBOT_REPORT_TIMEOUT_TICKS && robot->reports > 0)
+        log_write(&robot->log, LOG_TURRET, LOG_WARN, "no reports for 200 ms");
+}
+
+static void read_sensors(robot_t *robot)
+{
+    uint8_t was_silent = robot->sensors.silent;
+
+    robot->base->sensors(robot->base->context, &robot->sensors);
+    if (robot->sensors.silent != was_silent)
+        log_write(&robot->log, LOG_SENSORS, LOG_WARN, "A/D converter %s",
+                  was_silent ? "answers again" : "does not answer");
+    if (robot->sensors.silent || robot_battery_mv(robot) >= robot->parameters.battery_low_mv) {
+        robot->battery_low = 0;
+    } else if (robot->battery_low < BATTERY_LOW_MAX && ++robot->battery_low == BATTERY_LOW_MAX) {
+        log_write(&robot->log, LOG_SENSORS, LOG_WARN, "battery low: %d mV",
+                  robot_battery_mv(robot));
+    }
+}
+
+static void show_leds(robot_t *robot)
+{
+    uint8_t leds = robot->leds;
+
+    if (robot->playing)
+        leds = (uint8_t)(LED_PLAYING | (robot->soccer.world.ball.known ? LED_BALL : 0u));
+    robot->base->leds(robot->base->context, leds);
+}
+
+void robot_tick(robot_t *robot)
+{
+    uint16_t begin = now_fine(robot);
+    int32_t moved[2];
+    int16_t duty[2];
+    int drive = 1;
+
+    heed_stop_word(robot);
+    measure_travel(robot, moved);
+    robot->ticks++;
+    robot->log.time_ms = robot->ticks * MS_PER_TICK;
+    count_silence(robot);
+    if (robot->playing) {
+        soccer_tick(&robot->soccer, moved);
+        drive = steer(robot);
+    } else {
+        base_pose_add(&robot->pose, moved);
+    }
+    if (!drive)
+        motion_off(&robot->motion);
+    motion_step(&robot->motion, moved, duty);
+    if (robot->emergency)
+        duty[0] = duty[1] = 0;
+    robot->base->motors(robot->base->context, duty[0], duty[1]);
+    tell_faults(robot);
+    tell_transitions(robot);
+    read_sensors(robot);
+    show_leds(robot);
+    tasks_ran(&robot->tasks, TASK_CONTROL, begin, now_fine(robot));
+    send_telemetry(robot);
+}
+
+int robot_poll(robot_t *robot)
+{
+    uint16_t begin;
+    int more;
+
+    heed_stop_word(robot);
     take_report(robot);
+    begin = now_fine(robot);
+    more = go_on_with_list(robot) || poll_console(robot);
+    more |= step_save(robot);
+    print_live_log(robot);
+    restart_when_sent(robot);
+    tasks_ran(&robot->tasks, TASK_CONSOLE, begin, now_fine(robot));
+    return more;
+}
+
+/* ---- What others ask ---- */
+
+robot_pose_t robot_pose(const robot_t *robot)
+{
+    robot_pose_t result;
+    pose_t pose;
+    int32_t heading;
+
+    if (robot->playing) {
+        odometry_pose(&robot->soccer.world.odometry, &pose);
+        result.x_mm = pose.x_q4 / 16;
+        result.y_mm = pose.y_q4 / 16;
+        heading = pose.heading;
+    } else {
+        result.x_mm = robot->pose.x_q8 / 256;
+        result.y_mm = robot->pose.y_q8 / 256;
+        heading = base_pose_heading(&robot->pose);
+    }
+    result.heading_deg10 = heading * 3600 / 65536;
+    return result;
+}
+
+int32_t robot_battery_mv(const robot_t *robot)
+{
+    return robot->sensors.input[BOARD_ADC_BATTERY] * BOARD_ADC_BATTERY_FULL_SCALE_MV /
+           (int32_t)ADC_FULL_SCALE;
+}
+
+static void load_parameters(robot_t *robot)
+{
+    int32_t taken;
+
+    parameters_default(&robot->parameters);
+    if (robot->base->flash == NULL)
+        return;
+    parameter_store_init(&robot->store, robot->base->flash);
+    taken = parameter_store_load(&robot->store, &robot->parameters);
+    if (taken >= 0)
+        log_write(&robot->log, LOG_SYSTEM, LOG_INFO, "%d saved parameters", taken);
+    if (robot->parameters.serial_baud != (int32_t)BOARD_BAUD)
+        robot->base->console_baud(robot->base->context, (uint32_t)robot->parameters.serial_baud);
+}
+
+void robot_init(robot_t *robot, const base_t *base)
+{
+    static const adc_readings_t no_readings = {{0}, {0}, 0};
+    static const report_t no_report = {0};
+
+    robot->base = base;
+    robot->terminal.context = robot;
+    robot->terminal.write = put_character;
+    robot->terminal.candidate = shell_candidate;
+    line_editor_init(&robot->editor, &robot->terminal);
+    log_init(&robot->log);
+    load_parameters(robot);
+    motion_init(&robot->motion, &robot->parameters.motion);
+    base_pose_reset(&robot->pose);
+    soccer_init(&robot->soccer, &robot->parameters.soccer);
+    soccer_start(&robot->soccer, 0);
+    tasks_init(&robot->tasks, now_fine(robot));
+    robot->telemetry.count = 0;
+    robot->telemetry.dropped = 0;
+    robot->sensors = no_readings;
+    robot->report = no_report;
+    base->encoders(base->context, robot->counts);
+    robot->ticks = robot->reports = 0;
+    robot->bad_reports = 0;
+    robot->silent_ticks = ROBOT_BLIND_SEARCH_TICKS;
+    robot->playing = robot->emergency = robot->leds = robot->log_live = 0;
+    robot->list = NULL;
+    robot->saving = robot->restart = robot->battery_low = 0;
+    robot_stop(robot);
+    log_write(&robot->log, LOG_SYSTEM, LOG_INFO, "reset by %s", base->reset_cause);
+    if (base->crash(base->context) != NULL)
+        log_write(&robot->log, LOG_SYSTEM, LOG_ERROR, "crashed before; crash show tells");
+    robot_print(robot, "StereoSot base, ready; help lists the commands, Tab for a shell\r\n");
 }

@@ -45,19 +45,14 @@ void crash_clear(void)
     record.magic = 0;
 }
 
-uint8_t crash_vector(const crash_record_t *crash)
-{
-    return (uint8_t)((crash->frame[3] & 0x0FFFu) / 4u);
-}
-
-uint32_t crash_pc(const crash_record_t *crash)
-{
-    return (uint32_t)crash->frame[1] << 16 | crash->frame[2];
-}
-
 const uint8_t *build_id(void)
 {
     return build_id_note + NOTE_HEADER_BYTES;
+}
+
+uint32_t stack_capacity(void)
+{
+    return (uint32_t)((uintptr_t)stack_top - (uintptr_t)stack_bottom);
 }
 
 uint32_t stack_high_water(void)

@@ -33,15 +33,24 @@ const crash_record_t *crash_last(void);
 void crash_clear(void);
 
 /* Vector number of a record: 2 bus error, 3 address error, 4 illegal instruction... */
-uint8_t crash_vector(const crash_record_t *record);
+static inline uint8_t crash_vector(const crash_record_t *record)
+{
+    return (uint8_t)((record->frame[3] & 0x0FFFu) / 4u);
+}
+
 /* The program counter of a record. */
-uint32_t crash_pc(const crash_record_t *record);
+static inline uint32_t crash_pc(const crash_record_t *record)
+{
+    return (uint32_t)record->frame[1] << 16 | record->frame[2];
+}
 
 /* The image's build id: SHA-1 of its contents, BUILD_ID_BYTES bytes. */
 const uint8_t *build_id(void);
 
 /* Deepest use of the stack so far, bytes. Walks the unused part: some 10 us per KiB. */
 uint32_t stack_high_water(void);
+/* Bytes that it may take. */
+uint32_t stack_capacity(void);
 #endif
 
 #endif

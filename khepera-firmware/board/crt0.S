@@ -23,7 +23,7 @@ vectors:
     .long tick_isr
     .long crash_entry
     .long sci_isr
-    .long turret_transfer_isr
+    .long qspi_isr
     .rept VECTOR_ENCODER_LEFT - VECTOR_QSPI - 1
     .long crash_entry
     .endr

@@ -71,6 +71,13 @@
 #define BOARD_PF_LED0 0
 #define BOARD_PF_LED1 1
 
+/* Emitters of the IR sensors on port F, 1 = on: without them the sensors show ambient light. */
+#define BOARD_PF_EMITTERS 2
+
+/* Extension bus of K-Team's commands R and W: 64 bytes on D15..8, chip select CS3. */
+#define BOARD_EXTENSION_BASE        0x200000ul
+#define BOARD_EXTENSION_WAIT_STATES 3
+
 /* Serial line. */
 #define BOARD_BAUD 9600ul
 

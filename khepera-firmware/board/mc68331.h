@@ -8,9 +8,7 @@
 
 /* The assembler wants plain addresses and has its own REG8 and REG16 (board/crt0.S). */
 #ifndef REG8
-#include <stdint.h>
-#define REG8(address)  (*(volatile uint8_t *)(address))
-#define REG16(address) (*(volatile uint16_t *)(address))
+#include "board/access.h"
 #endif
 
 /* ---- General-purpose timer ---- */
@@ -52,6 +50,8 @@
 #define CSOR1   REG16(0xFFFFFA52)
 #define CSBAR2  REG16(0xFFFFFA54)
 #define CSOR2   REG16(0xFFFFFA56)
+#define CSBAR3  REG16(0xFFFFFA58)
+#define CSOR3   REG16(0xFFFFFA5A)
 
 #define RSR_POWER   0x40
 #define SYNCR_SLOCK 0x0008
@@ -85,6 +85,7 @@
 #define SCSR_FE       0x0002
 #define SCSR_OR       0x0008
 #define SCSR_RDRF     0x0040
+#define SCSR_TC       0x0080
 #define SCSR_TDRE     0x0100
 #define SPCR0_MSTR    0x8000
 #define SPCR1_SPE     0x8000
@@ -93,6 +94,7 @@
 #define SPSR_SPIF     0x80
 #define QSPI_CMD_CONT 0x80 /* chip select stays active after this entry */
 #define QSPI_CMD_BITS 0x40 /* SPCR0.BITS counts (0 = 16), not 8 */
+#define QSPI_CMD_DT   0x20 /* wait SPCR1.DTL after this entry */
 
 /* ---- Interrupts: who gets which level and vector ----
  * Encoders first (an edge unread is a count lost), then time, then the turret, then the console. */

@@ -2,7 +2,7 @@
  *
  * Each edge interrupts (input capture, highest level in use). Rolling forward, channel B differs
  * from A right after the edge; it is read in the interrupt, so an edge served later than half an
- * edge's period counts in the wrong direction: see interrupts_mask(). */
+ * edge's period counts in the wrong direction: see access_mask(). */
 #ifndef DRIVERS_ENCODERS_H
 #define DRIVERS_ENCODERS_H
 

@@ -17,7 +17,7 @@ void motors_init(void)
 
 static uint8_t duty(int16_t drive)
 {
-    int16_t size = drive < 0 ? (int16_t)-drive : drive;
+    int32_t size = drive < 0 ? -(int32_t)drive : drive;
 
     return (uint8_t)(size > MOTOR_FULL ? MOTOR_FULL : size);
 }

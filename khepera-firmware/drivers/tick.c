@@ -12,8 +12,8 @@ static volatile uint8_t pending;
 
 volatile uint8_t interrupts_work;
 
-void tick_isr(void) __attribute__((interrupt_handler));
-void tick_isr(void)
+INTERRUPT void tick_isr(void);
+INTERRUPT void tick_isr(void)
 {
     if (pending < UINT8_MAX)
         pending++;
@@ -30,11 +30,11 @@ void tick_init(void)
 
 uint8_t tick_take(void)
 {
-    uint16_t status = interrupts_mask();
+    uint16_t status = access_mask();
     uint8_t ticks = pending;
 
     pending = 0;
-    interrupts_restore(status);
+    access_restore(status);
     return ticks;
 }
 

@@ -1,5 +1,6 @@
 // sources: khepera-firmware/app/motion.c khepera-firmware/app/wheel.c
-// khepera-firmware/soccer/angle.c includes: khepera-firmware
+// sources: khepera-firmware/soccer/angle.c
+// includes: khepera-firmware
 /* Both wheels' control on motors with lag, friction and a wrong top speed. */
 #include "app/motion.h"
 

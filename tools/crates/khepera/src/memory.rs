@@ -169,7 +169,8 @@ fn page_at(system: &Integration, address: u32, write: bool) -> Page {
     let (flash, upper, lower) = (byte(CSBOOT), byte(CS0), byte(CS1));
     let device = match (flash, upper, lower) {
         (1.., _, _) => Device::Flash,
-        (0, 0, 0) => Device::None,
+        // A select with nothing behind it (the extension bus): reads as ones, takes no writes.
+        (0, 0, 0) => Device::HalfRam,
         (0, 2, 1) => Device::Ram,
         (0, 2.., 1 | 3) if !write => Device::Ram,
         _ => Device::HalfRam,

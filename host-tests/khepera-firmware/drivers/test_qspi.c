@@ -1,0 +1,237 @@
+// sources: khepera-firmware/drivers/qspi.c khepera-firmware/drivers/turret.c
+// sources: khepera-firmware/drivers/adc.c khepera-firmware/drivers/tick.c
+// sources: host-tests/khepera-firmware/fakes/chip.c
+// includes: host-tests/khepera-firmware/fakes khepera-firmware
+/* The shared QSPI, and its two owners: the vision turret and the A/D converter. */
+#include "drivers/qspi.h"
+
+#include <string.h>
+#include <unity.h>
+
+#include "board/khepera.h"
+#include "board/mc68331.h"
+#include "drivers/adc.h"
+#include "drivers/interrupts.h"
+#include "drivers/turret.h"
+#include "link/registers.h"
+
+#define ATTENTION (1u << BOARD_TURRET_ATTENTION_IRQ)
+#define EMITTERS  (1u << BOARD_PF_EMITTERS)
+
+void qspi_isr(void);
+void turret_attention_isr(void);
+
+static uint8_t wire[TURRET_REPORT_BYTES];
+static uint16_t age;
+
+void setUp(void)
+{
+    memset(fake_registers, 0, sizeof fake_registers);
+    PORTF = ATTENTION;
+    qspi_init();
+    turret_init();
+    (void)turret_take(wire, &age);
+    adc_init();
+    interrupts_work = 0;
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_MESSAGE(0, fake_masked, "interrupts left masked");
+}
+
+static int is_running(void)
+{
+    return (SPCR1 & SPCR1_SPE) != 0;
+}
+
+static unsigned words_of_run(void)
+{
+    return (SPCR2 >> 8 & 15u) + 1u;
+}
+
+/* The chip has clocked the queue: word i brought first + i * step. */
+static void end_run(uint16_t first, uint16_t step)
+{
+    unsigned i;
+
+    TEST_ASSERT_TRUE(is_running());
+    for (i = 0; i < words_of_run(); i++)
+        QSPI_RX(i) = (uint16_t)(first + i * step);
+    SPCR1 = 0;
+    qspi_isr();
+}
+
+static void attention_fetches_a_report_of_16_words_with_one_select(void)
+{
+    unsigned i;
+
+    TCNT = 100;
+    turret_attention_isr();
+    TEST_ASSERT_TRUE(is_running());
+    TEST_ASSERT_EQUAL_UINT(16, words_of_run());
+    TEST_ASSERT_EQUAL_HEX8_MESSAGE(0, PFPAR, "no second interrupt during the run");
+    for (i = 0; i < 16; i++) {
+        TEST_ASSERT_EQUAL_HEX8((i < 15 ? QSPI_CMD_CONT : 0) | QSPI_CMD_BITS | BOARD_PCS_TURRET,
+                               QSPI_CMD(i));
+        TEST_ASSERT_EQUAL_HEX16(0, QSPI_TX(i));
+    }
+    end_run(0x0102, 0x0202);
+    TEST_ASSERT_EQUAL_HEX8(ATTENTION, PFPAR);
+    TEST_ASSERT_EQUAL_UINT8(1, interrupts_work);
+    TCNT = 130;
+    TEST_ASSERT_EQUAL(1, turret_take(wire, &age));
+    for (i = 0; i < TURRET_REPORT_BYTES; i++)
+        TEST_ASSERT_EQUAL_UINT8(i + 1, wire[i]);
+    TEST_ASSERT_EQUAL_UINT16(30, age);
+    TEST_ASSERT_EQUAL(0, turret_take(wire, &age));
+}
+
+static void the_newest_report_wins_and_the_lost_one_counts(void)
+{
+    uint16_t before = turret_overruns();
+
+    turret_attention_isr();
+    end_run(0x1111, 0);
+    turret_attention_isr();
+    end_run(0x2222, 0);
+    TEST_ASSERT_EQUAL(1, turret_take(wire, &age));
+    TEST_ASSERT_EQUAL_HEX8(0x22, wire[0]);
+    TEST_ASSERT_EQUAL_UINT16(before + 1, turret_overruns());
+}
+
+static void a_line_that_stays_low_is_looked_at_once_a_tick(void)
+{
+    PORTF = 0;
+    turret_attention_isr();
+    end_run(0, 0);
+    TEST_ASSERT_EQUAL_HEX8(0, PFPAR);
+    turret_poll(0);
+    TEST_ASSERT_EQUAL_HEX8(ATTENTION, PFPAR);
+}
+
+static void a_run_that_does_not_end_is_given_up(void)
+{
+    qspi_owner_t owner = QSPI_ADC;
+    uint16_t before = turret_timeouts();
+
+    turret_attention_isr();
+    TEST_ASSERT_EQUAL(0, qspi_poll(&owner));
+    TEST_ASSERT_EQUAL(1, qspi_poll(&owner));
+    TEST_ASSERT_EQUAL(QSPI_TURRET, owner);
+    TEST_ASSERT_FALSE(is_running());
+    turret_poll(1);
+    TEST_ASSERT_EQUAL_UINT16(before + 1, turret_timeouts());
+    TEST_ASSERT_EQUAL_HEX8(ATTENTION, PFPAR);
+    turret_attention_isr();
+    TEST_ASSERT_TRUE(is_running());
+    end_run(0, 0);
+}
+
+static void a_register_write_goes_out_once_with_its_check_sum(void)
+{
+    static const uint8_t golden[] = {0x80, 0x04, 0x00, 0x3D, 0x62, 0xC6};
+    unsigned i;
+
+    TEST_ASSERT_EQUAL(1, turret_write(FPGA_REG_GOAL_ROW, 61));
+    TEST_ASSERT_EQUAL_MESSAGE(0, turret_write(FPGA_REG_GOAL_ROW, 62), "one still waits");
+    turret_attention_isr();
+    for (i = 0; i < 3; i++)
+        TEST_ASSERT_EQUAL_HEX16(golden[2 * i] << 8 | golden[2 * i + 1], QSPI_TX(i));
+    end_run(0, 0);
+    turret_attention_isr();
+    TEST_ASSERT_EQUAL_HEX16(0, QSPI_TX(0));
+    end_run(0, 0);
+}
+
+static void both_owners_get_their_runs_one_after_the_other(void)
+{
+    adc_tick();
+    TEST_ASSERT_EQUAL_UINT(ADC_INPUTS + 1, words_of_run());
+    turret_attention_isr();
+    TEST_ASSERT_EQUAL_UINT_MESSAGE(ADC_INPUTS + 1, words_of_run(), "the run under way goes on");
+    end_run(0x0040, 0x0040);
+    TEST_ASSERT_EQUAL_UINT(16, words_of_run());
+    TEST_ASSERT_EQUAL_HEX8(QSPI_CMD_BITS | BOARD_PCS_TURRET, QSPI_CMD(15));
+    end_run(0, 0);
+    TEST_ASSERT_FALSE(is_running());
+    adc_tick();
+    TEST_ASSERT_EQUAL_HEX8(QSPI_CMD_BITS | QSPI_CMD_DT | BOARD_PCS_ADC, QSPI_CMD(0));
+    end_run(0, 0);
+}
+
+static void the_delay_is_longer_than_a_conversion(void)
+{
+    adc_tick();
+    TEST_ASSERT_GREATER_THAN_UINT32(21u * (BOARD_SYSTEM_HZ / 1000000u), (SPCR1 & 0xFFu) * 32u);
+    end_run(0, 0);
+}
+
+static void readings_alternate_between_proximity_and_ambient(void)
+{
+    adc_readings_t readings;
+    unsigned i;
+
+    TEST_ASSERT_TRUE(PORTF & EMITTERS);
+    adc_tick();
+    for (i = 0; i < ADC_INPUTS; i++)
+        TEST_ASSERT_EQUAL_HEX16(i << 12, QSPI_TX(i));
+    end_run(0, 64); /* input i reads i + 1 */
+    TEST_ASSERT_FALSE(PORTF & EMITTERS);
+    adc_tick();
+    end_run(64 * 99, 64); /* ambient of input i reads i + 100 */
+    TEST_ASSERT_TRUE(PORTF & EMITTERS);
+    adc_read(&readings);
+    for (i = 0; i < ADC_SENSORS; i++) {
+        TEST_ASSERT_EQUAL_UINT16(i + 1, readings.input[i]);
+        TEST_ASSERT_EQUAL_UINT16(i + 100, readings.ambient[i]);
+    }
+    TEST_ASSERT_EQUAL_UINT16(8 + 100, readings.input[BOARD_ADC_BATTERY]);
+    TEST_ASSERT_EQUAL_UINT8(0, readings.silent);
+}
+
+static void a_converter_that_leaves_the_line_high_is_silent_after_100_ms(void)
+{
+    adc_readings_t readings;
+    int tick;
+
+    adc_tick();
+    end_run(0x1000, 0);
+    for (tick = 0; tick < 10; tick++) {
+        adc_read(&readings);
+        TEST_ASSERT_EQUAL_UINT8(0, readings.silent);
+        adc_tick();
+        end_run(0xFFFF, 0);
+    }
+    adc_read(&readings);
+    TEST_ASSERT_EQUAL_UINT8(1, readings.silent);
+    TEST_ASSERT_EQUAL_UINT16_MESSAGE(0x40, readings.input[0], "the last good one stays");
+    adc_tick();
+    end_run(0x2000, 0);
+    adc_read(&readings);
+    TEST_ASSERT_EQUAL_UINT8(0, readings.silent);
+}
+
+static void an_interrupt_without_a_run_is_ignored(void)
+{
+    SPSR = SPSR_SPIF;
+    qspi_isr();
+    TEST_ASSERT_EQUAL_HEX8(0, SPSR);
+    TEST_ASSERT_EQUAL(0, turret_take(wire, &age));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(attention_fetches_a_report_of_16_words_with_one_select);
+    RUN_TEST(the_newest_report_wins_and_the_lost_one_counts);
+    RUN_TEST(a_line_that_stays_low_is_looked_at_once_a_tick);
+    RUN_TEST(a_run_that_does_not_end_is_given_up);
+    RUN_TEST(a_register_write_goes_out_once_with_its_check_sum);
+    RUN_TEST(both_owners_get_their_runs_one_after_the_other);
+    RUN_TEST(the_delay_is_longer_than_a_conversion);
+    RUN_TEST(readings_alternate_between_proximity_and_ambient);
+    RUN_TEST(a_converter_that_leaves_the_line_high_is_silent_after_100_ms);
+    RUN_TEST(an_interrupt_without_a_run_is_ignored);
+    return UNITY_END();
+}

@@ -1,0 +1,80 @@
+#include "drivers/adc.h"
+
+#include "board/khepera.h"
+#include "board/mc68331.h"
+#include "drivers/qspi.h"
+
+/* A word asks for an input and brings the one asked for by the word before: one more than inputs.
+ */
+#define WORDS         (ADC_INPUTS + 1u)
+#define CONVERSION_US 23u
+#define INPUT_SHIFT   12
+#define RESULT_SHIFT  6
+#define AFTER_RESULT  0x003Fu /* bits below a result: 0, if anybody drives the line */
+/* Ticks without an answer after which the converter is taken for dead. */
+#define SILENT_TICKS  10u
+
+static void readings_done(const uint16_t received[16]);
+
+static qspi_job_t job = {WORDS, BOARD_PCS_ADC, 0, CONVERSION_US, {0}, readings_done};
+/* Written by the interrupt at a run's end; the program masks interrupts around it. */
+static adc_readings_t newest;
+static volatile uint8_t ticks_without; /* an answer; saturates */
+static uint8_t emitters_on;
+
+static void set_emitters(uint8_t on)
+{
+    uint8_t pin = 1u << BOARD_PF_EMITTERS;
+
+    emitters_on = on;
+    PORTF = (uint8_t)(on ? PORTF | pin : PORTF & ~pin);
+}
+
+static void readings_done(const uint16_t received[16])
+{
+    unsigned i;
+
+    for (i = 1; i < WORDS; i++)
+        if (received[i] & AFTER_RESULT)
+            return;
+    ticks_without = 0;
+    for (i = 0; i < ADC_INPUTS; i++) {
+        uint16_t value = (uint16_t)(received[i + 1] >> RESULT_SHIFT);
+
+        if (i >= ADC_SENSORS || emitters_on)
+            newest.input[i] = value;
+        else
+            newest.ambient[i] = value;
+    }
+    set_emitters(!emitters_on);
+}
+
+void adc_init(void)
+{
+    unsigned i;
+
+    for (i = 0; i < ADC_INPUTS; i++) {
+        job.send[i] = (uint16_t)(i << INPUT_SHIFT);
+        newest.input[i] = 0;
+    }
+    for (i = 0; i < ADC_SENSORS; i++)
+        newest.ambient[i] = 0;
+    ticks_without = 0;
+    set_emitters(1);
+}
+
+void adc_tick(void)
+{
+    if (ticks_without < SILENT_TICKS)
+        ticks_without++;
+    qspi_start(QSPI_ADC, &job);
+}
+
+void adc_read(adc_readings_t *readings)
+{
+    uint16_t status = access_mask();
+
+    *readings = newest;
+    access_restore(status);
+    readings->silent = ticks_without >= SILENT_TICKS;
+}
