@@ -20,6 +20,7 @@
 #define FRAME_S         0.025
 #define EXPOSURE_TO_END (CAMERA_EXPOSURE_TO_END_US / 1e6)
 #define REPORT_DELAY_S  0.004
+#define VIEW_HALF_ANGLE (26 * PI / 180)
 #define MOTOR_MM_S      1000.0
 #define MOTOR_TAU_S     0.05
 #define BALL_SLOWING    250.0
@@ -91,6 +92,17 @@ static uint16_t q4(double value)
     return (uint16_t)(value <= 0 ? 0 : value * 16 + 0.5);
 }
 
+/* Does any part of the ball lie within the angle that the eyes see, and a little more? */
+static int ball_within_view(const pitch_t *pitch)
+{
+    double dx = pitch->ball_x - pitch->x;
+    double dy = pitch->ball_y - pitch->y;
+    double distance = fmax(hypot(dx, dy), BALL_R + 1);
+    double bearing = remainder(atan2(dy, dx) - pitch->heading, 2 * PI);
+
+    return fabs(bearing) - asin(BALL_R / distance) < VIEW_HALF_ANGLE;
+}
+
 /* A strip of the ball, cut at the picture's edges. 0 if nothing is left of it. */
 static int strip(double middle, double width, double *x, double *visible)
 {
@@ -116,8 +128,9 @@ static void see_ball(pitch_t *pitch, report_t *report)
     int right;
     int left;
 
-    if (!project(pitch, pitch->ball_x, pitch->ball_y, BALL_R, &seen) ||
-        hidden(pitch, pitch->ball_x, pitch->ball_y) || uniform(pitch, 0, 1) < 0.02 * pitch->noise)
+    if (!project(pitch, pitch->ball_x, pitch->ball_y, BALL_R, &seen) || seen.depth < BALL_R + 5 ||
+        !ball_within_view(pitch) || hidden(pitch, pitch->ball_x, pitch->ball_y) ||
+        uniform(pitch, 0, 1) < 0.02 * pitch->noise)
         return;
     width = 2 * BALL_R * CAMERA_FOCAL_PX / sqrt(seen.depth * seen.depth - BALL_R * BALL_R);
     top = seen.y - width / 2;

@@ -8,13 +8,16 @@
  * is not public. */
 #define LENS_FORWARD_MM 0
 
-#define BALL_RADIUS_MM ((BALL_DIAMETER_MM + 1) / 2)
+#define BALL_RADIUS_MM  ((BALL_DIAMETER_MM + 1) / 2)
 /* Rows of the epipolar lines after reset of the FPGA; nobody changes them. */
-#define GOAL_ROW       60u
-#define OPPONENT_ROW   80u
-#define SIGMA_MAX_MM   400u
+#define GOAL_ROW        60u
+#define OPPONENT_ROW    80u
+#define SIGMA_MAX_MM    400u
+/* Where a ball is taken to be that fills the eye, and how well that is known. */
+#define NEAR_FORWARD_MM 80
+#define NEAR_SIGMA_MM   30
 /* What is farther than the pitch's diagonal is not on it. */
-#define RANGE_MAX_MM   1300
+#define RANGE_MAX_MM    1300
 
 static uint16_t range_sigma_mm(const soccer_tuning_t *tuning, uint16_t disparity_q4)
 {
@@ -75,6 +78,20 @@ static void place_by_row(place_t *ball, const report_t *report)
          (uint16_t)(3 + (int32_t)point.forward_mm * point.forward_mm / (CAMERA_FOCAL_PX * 30)));
 }
 
+/* So near that the picture's edge cuts it: right before the robot, to the side where it shows. */
+static void guess_near(const report_t *report, sightings_t *sightings)
+{
+    sightings->ball_near = 1;
+    sightings->ball.forward_mm = NEAR_FORWARD_MM;
+    sightings->ball.left_mm =
+        (int16_t)(((CAMERA_CX_Q4 - (int32_t)report->ball_x_q4) * NEAR_FORWARD_MM / CAMERA_FOCAL_PX -
+                   CAMERA_RIGHT_LENS_MM_Q4) /
+                  16);
+    if (report->flags & REPORT_BALL_LEFT_ONLY)
+        sightings->ball.left_mm = (int16_t)(sightings->ball.left_mm + CAMERA_BASELINE_UM / 1000);
+    sightings->ball.sigma_mm = NEAR_SIGMA_MM;
+}
+
 static void see_ball(const report_t *report, const soccer_tuning_t *tuning, sightings_t *sightings)
 {
     place_t *ball = &sightings->ball;
@@ -95,11 +112,11 @@ static void see_ball(const report_t *report, const soccer_tuning_t *tuning, sigh
         ball->valid = ball->valid && off < tuning->height_slack_mm + ball->sigma_mm;
         return;
     }
-    if (cut)
-        sightings->ball_near = (report->flags & REPORT_BALL_CLIPPED) != 0;
-    else if (report->flags & REPORT_BALL_CLIPPED)
+    if (cut && (report->flags & REPORT_BALL_CLIPPED))
+        guess_near(report, sightings);
+    else if (!cut && (report->flags & REPORT_BALL_CLIPPED))
         place_by_width(ball, report->ball_x_q4, report->ball_width_px);
-    else
+    else if (!cut)
         place_by_row(ball, report);
     if (ball->valid && (report->flags & REPORT_BALL_LEFT_ONLY))
         ball->left_mm = (int16_t)(ball->left_mm + CAMERA_BASELINE_UM / 1000);

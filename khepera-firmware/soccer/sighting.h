@@ -20,7 +20,7 @@ typedef struct {
 
 typedef struct {
     place_t ball;         /* its middle */
-    uint8_t ball_near;    /* seen, but so near that its place cannot be told: it fills the eye */
+    uint8_t ball_near;    /* it fills the eye: `ball`, though not valid, holds a guess */
     place_t goal_edge[2]; /* [0] left, [1] right in the image */
     place_t opponent;     /* its axis */
 } sightings_t;

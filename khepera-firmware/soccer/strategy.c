@@ -46,12 +46,10 @@
 #define FROM_DEGREES(deg)    ((angle_t)((deg)*182))
 
 /* Costs of a shot, in 1/65536 turns of detour. */
-#define COST_OUTSIDE     4
-#define COST_OF_STEP     200
-#define COST_BLOCKED     9000
-#define COST_CHANGE      2500
-#define COST_TIGHT       4000
-#define COST_WAY_DIVISOR 16
+#define COST_OF_STEP 200
+#define COST_BLOCKED 9000
+#define COST_CHANGE  2500
+#define COST_TIGHT   4000
 
 typedef struct {
     pose_t pose;
@@ -62,6 +60,7 @@ typedef struct {
     angle_t off;       /* 0: exactly behind the ball; positive: to be driven around leftwards */
     int32_t along_mm;  /* behind the ball on the shot's line */
     int32_t across_mm; /* beside that line */
+    int contested;     /* the opponent is about to get the ball */
 } situation_t;
 
 static int32_t clamp(int32_t value, int32_t limit)
@@ -219,7 +218,10 @@ static int32_t shot_cost(const strategy_t *strategy, const world_t *world, const
     int32_t cosine = angle_cos_q14(shot);
     int32_t sine = angle_sin_q14(shot);
     angle_t robot = angle_wrap(now->ball_direction - shot);
-    int32_t cost = outside * COST_OUTSIDE + size_of(robot) / COST_WAY_DIVISOR;
+    int32_t cost = now->contested ? outside * strategy->tuning->contest_outside / 4 +
+                                        size_of(robot) * strategy->tuning->contest_way / 16
+                                  : outside * strategy->tuning->shot_outside / 4 +
+                                        size_of(robot) * strategy->tuning->shot_way / 16;
 
     if (cosine < (now->ball_x_q4 < OWN_GOAL_NEAR_MM * 16 ? 0 : SHOT_COS_MIN_Q14) ||
         !free_for_robot(now->ball_x_q4 - BEHIND_TIGHT_MM * cosine / 1024,
@@ -266,6 +268,16 @@ static void choose_shot(strategy_t *strategy, const world_t *world, const situat
     strategy->shot_known = 1;
 }
 
+/* Is the opponent, seen lately, near to the ball? */
+static int is_contested(const strategy_t *strategy, const world_t *world, const situation_t *now)
+{
+    const object_t *opponent = &world->opponent;
+
+    return opponent->known && opponent->age_ticks * TICK_MS < strategy->tuning->opponent_fresh_ms &&
+           length_of(opponent->x_q4 - now->ball_x_q4, opponent->y_q4 - now->ball_y_q4) <
+               (uint32_t)strategy->tuning->contest_mm * 16;
+}
+
 static void look_around(strategy_t *strategy, const world_t *world, situation_t *now)
 {
     int32_t dx;
@@ -279,6 +291,7 @@ static void look_around(strategy_t *strategy, const world_t *world, situation_t 
     dy = now->ball_y_q4 - now->pose.y_q4;
     now->distance_mm = (int32_t)length_of(dx, dy) / 16;
     now->ball_direction = angle_of(dx, dy);
+    now->contested = is_contested(strategy, world, now);
     if (!strategy->shot_known || strategy->plan_ticks * TICK_MS >= strategy->tuning->plan_ms) {
         choose_shot(strategy, world, now);
         strategy->plan_ticks = 0;
@@ -474,14 +487,20 @@ static void approach(strategy_t *strategy, const world_t *world, const situation
         begin_back_off(strategy, world, STRATEGY_TOO_LONG);
 }
 
-static void push(strategy_t *strategy, const world_t *world, const situation_t *now)
+static void push(strategy_t *strategy, world_t *world, const situation_t *now)
 {
     /* Seen from the robot the ball must go to `shot`: aim beyond the ball's middle by as much as
      * the line through both middles is off. */
     angle_t aim = angle_wrap(now->ball_direction + clamp(now->off, PUSH_AIM_MAX));
+    int32_t blind_ms = strategy->tuning->push_blind_ms;
 
     drive_along(strategy, &now->pose, aim, strategy->tuning->push_mm_s);
-    if (size_of(now->off) > FROM_DEGREES(strategy->tuning->push_end_deg))
+    if (lasts(strategy, blind_ms) && world->ball.age_ticks * TICK_MS > blind_ms &&
+        world->ball_near_ticks * TICK_MS > blind_ms) {
+        world->ball.known = 0;
+        begin_turning(strategy, world, now->ball_direction);
+        enter(strategy, STRATEGY_SEARCH, STRATEGY_BALL_LOST);
+    } else if (size_of(now->off) > FROM_DEGREES(strategy->tuning->push_end_deg))
         enter(strategy, STRATEGY_APPROACH, STRATEGY_OFF_LINE);
     else if (now->distance_mm > strategy->tuning->push_lost_mm)
         enter(strategy, STRATEGY_APPROACH, STRATEGY_BALL_AWAY);
@@ -497,6 +516,9 @@ static int opponent_is_nearer(const strategy_t *strategy, const world_t *world,
 {
     const object_t *opponent = &world->opponent;
 
+    /* Behind the ball already: there is no better defence. */
+    if (size_of(now->off) < FROM_DEGREES(strategy->tuning->defend_behind_deg))
+        return 0;
     return opponent->known && opponent->age_ticks * TICK_MS < strategy->tuning->opponent_fresh_ms &&
            (int32_t)length_of(opponent->x_q4 - now->ball_x_q4, opponent->y_q4 - now->ball_y_q4) /
                        16 +
@@ -581,9 +603,10 @@ void strategy_tick(strategy_t *strategy, const int32_t counts[2])
         strategy->state_ticks++;
     if (strategy->plan_ticks < UINT8_MAX)
         strategy->plan_ticks++;
-    /* 60 mm/s are 7.2 counts a tick; a quarter of what was told is too little. */
+    /* 60 mm/s are 7.2 counts a tick: 0.12 for each mm/s. */
     for (i = 0; i < 2; i++)
-        if (size_of(told[i]) >= 60 && size_of(counts[i]) * 400 < size_of(told[i]) * 12)
+        if (size_of(told[i]) >= 60 &&
+            size_of(counts[i]) * 10000 < size_of(told[i]) * 12 * strategy->tuning->stuck_percent)
             stuck = 1;
     if (!stuck)
         strategy->stuck_ticks = 0;
@@ -605,7 +628,7 @@ static void without_ball(strategy_t *strategy, const world_t *world)
         relocate(strategy, world);
 }
 
-static void with_ball(strategy_t *strategy, const world_t *world)
+static void with_ball(strategy_t *strategy, world_t *world)
 {
     const soccer_tuning_t *tuning = strategy->tuning;
     situation_t now;

@@ -19,7 +19,7 @@
     X(opponent_gate_mm, "mm", 60, 10, 500, "the same for the opponent") \
     X(ball_drift_mm_s, "mm/s", 150, 0, 2000, "an unseen ball gets so much less certain") \
     X(opponent_drift_mm_s, "mm/s", 200, 0, 2000, "the same for the opponent") \
-    X(speed_gain_q8, "1/256", 60, 0, 256, "share of a sighting's surprise that is taken for speed") \
+    X(speed_gain_q8, "1/256", 32, 0, 256, "share of a sighting's surprise that is taken for speed") \
     X(doubts_max, "sightings", 3, 1, 50, "so many doubted ones in a row are believed") \
     X(wall_slack_mm, "mm", 40, 0, 300, "a thing so far beyond the wall is none") \
     X(ball_slowing_mm_s2, "mm/s2", 200, 0, 2000, "what a rolling ball loses") \
@@ -30,22 +30,24 @@
     X(opponent_unseen_ms, "ms", 600, 20, 10000, "the same as ball_unseen_ms, of the opponent") \
     X(opponent_forget_ms, "ms", 4000, 100, 30000, "the same as ball_forget_ms, of the opponent") \
     /* Speeds of the robot's middle; of turning: of each wheel. */ \
-    X(search_turn_mm_s, "mm/s", 55, 5, 110, "turning to search or to look for a goal") \
+    X(search_turn_mm_s, "mm/s", 75, 5, 160, "turning to search or to look for a goal") \
     X(blind_turn_mm_s, "mm/s", 30, 0, 110, "turning while no reports come") \
     X(relocate_mm_s, "mm/s", 100, 20, 500, "driving to another place to search from") \
-    X(approach_mm_s, "mm/s", 280, 20, 500, "driving to behind the ball") \
-    X(push_mm_s, "mm/s", 320, 20, 500, "driving through the ball") \
-    X(defend_mm_s, "mm/s", 300, 20, 500, "driving to between ball and own goal") \
+    X(approach_mm_s, "mm/s", 420, 20, 500, "driving to behind the ball") \
+    X(push_mm_s, "mm/s", 420, 20, 500, "driving through the ball") \
+    X(defend_mm_s, "mm/s", 420, 20, 500, "driving to between ball and own goal") \
     X(back_off_mm_s, "mm/s", 140, 20, 500, "getting free") \
-    X(turn_max_mm_s, "mm/s", 110, 10, 300, "turning at most") \
+    X(turn_max_mm_s, "mm/s", 160, 10, 300, "turning at most") \
     /* Times. */ \
     X(plan_ms, "ms", 50, 10, 1000, "the shot is chosen anew so often") \
     X(search_ms, "ms", 4000, 500, 30000, "search in one place") \
     X(relocate_ms, "ms", 2500, 100, 30000, "drive to another at most") \
     X(look_ms, "ms", 4000, 0, 30000, "look for a goal at most") \
+    X(push_blind_ms, "ms", 500, 20, 10000, "push on without seeing the ball") \
     X(approach_ms, "ms", 12000, 500, 30000, "an approach that lasts longer is stuck") \
     X(push_ms, "ms", 5000, 200, 30000, "a push that lasts longer is stuck") \
     X(stuck_ms, "ms", 400, 50, 5000, "wheels that turn too little for so long are stuck") \
+    X(stuck_percent, "%", 25, 5, 90, "wheels that turn less than that of what was told") \
     X(back_off_ms, "ms", 450, 50, 5000, "drive free for") \
     X(back_off_turn_ms, "ms", 250, 0, 5000, "and then turn for") \
     /* Distances, between middles. */ \
@@ -57,6 +59,12 @@
     X(shot_clear_mm, "mm", 80, 30, 300, "so does the line of a shot") \
     X(opponent_fresh_ms, "ms", 1500, 20, 10000, "an opponent seen so lately counts for defence") \
     X(defend_ball_mm, "mm", 150, 70, 600, "so far from the ball it defends") \
+    X(defend_behind_deg, "deg", 60, 10, 180, "nearer than that to behind the ball it attacks") \
+    X(contest_mm, "mm", 250, 0, 1500, "an opponent so near to the ball contests it") \
+    X(shot_outside, "1/4", 6, 0, 100, "cost of a shot's angle beside the goal") \
+    X(shot_way, "1/16", 4, 0, 100, "cost of the angle to be driven around the ball") \
+    X(contest_outside, "1/4", 4, 0, 100, "cost of a contested shot's angle beside the goal") \
+    X(contest_way, "1/16", 8, 0, 100, "cost of the angle around a contested ball") \
     X(defend_margin_mm, "mm", 120, 0, 1000, "defend if the opponent is nearer to the ball by that") \
     /* Angles. */ \
     X(push_begin_deg, "deg", 7, 1, 45, "off the shot's line when a push begins") \

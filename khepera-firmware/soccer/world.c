@@ -44,7 +44,12 @@
 #define OPPONENT_FRESH_TICKS 300
 #define CONTACT_MM           (BALL_RADIUS + ROBOT_RADIUS)
 /* Where an object must be to be expected in view. */
-#define VIEW_NEAR_MM         150
+#define VIEW_NEAR_MM         220 /* of the opponent: nearer, he is beyond the search range */
+/* So long not seen, and so near to the opponent: he has it and takes it along. */
+#define CARRIED_AGE_TICKS    8
+#define CARRIED_MM           110
+/* A ball that fills the eye is looked for nowhere else unless it was seen there so lately. */
+#define NEAR_AGE_TICKS       15
 #define VIEW_FAR_MM          900
 #define VIEW_HALF_ANGLE      ANGLE_DEGREES(19)
 /* Whether it should be in view is asked only so often: it costs a square root and an angle. */
@@ -115,6 +120,7 @@ void world_start(world_t *world, const soccer_tuning_t *tuning, angle_t heading)
     world->localised = 0;
     world->last_ball_bearing = heading;
     world->goal_age_ticks = UINT16_MAX;
+    world->ball_near_ticks = UINT16_MAX;
     forget(&world->ball);
     forget(&world->opponent);
 }
@@ -186,19 +192,20 @@ static void roll(world_t *world, const pose_t *pose)
     }
 }
 
-static int in_view(const object_t *object, const pose_t *pose)
+static int in_view(const object_t *object, const pose_t *pose, int32_t near_mm)
 {
     int32_t dx = object->x_q4 - pose->x_q4;
     int32_t dy = object->y_q4 - pose->y_q4;
     int32_t distance_mm = (int32_t)length_of(dx, dy) / 16;
     angle_t bearing = angle_wrap(angle_of(dx, dy) - pose->heading);
 
-    return distance_mm > VIEW_NEAR_MM && distance_mm < VIEW_FAR_MM && bearing < VIEW_HALF_ANGLE &&
+    return distance_mm > near_mm && distance_mm < VIEW_FAR_MM && bearing < VIEW_HALF_ANGLE &&
            bearing > -VIEW_HALF_ANGLE;
 }
 
 /* `look`: once in LOOK_TICKS, for what need not be done each tick. */
-static void grow_old(object_t *object, const pose_t *pose, int32_t drift_mm_s, int look)
+static void grow_old(object_t *object, const pose_t *pose, int32_t drift_mm_s, int32_t near_mm,
+                     int look)
 {
     if (!object->known)
         return;
@@ -208,8 +215,22 @@ static void grow_old(object_t *object, const pose_t *pose, int32_t drift_mm_s, i
     object->sigma_q4 += drift_mm_s * (int32_t)LOOK_TICKS * 4 / 25;
     if (object->sigma_q4 > SIGMA_MAX_Q4)
         object->sigma_q4 = SIGMA_MAX_Q4;
-    if (object->unseen_ticks < UINT16_MAX - LOOK_TICKS && in_view(object, pose))
+    if (object->unseen_ticks < UINT16_MAX - LOOK_TICKS && in_view(object, pose, near_mm))
         object->unseen_ticks = (uint16_t)(object->unseen_ticks + LOOK_TICKS);
+}
+
+/* A ball that vanished at the opponent goes where he goes. */
+static void be_carried(world_t *world)
+{
+    const object_t *opponent = &world->opponent;
+    object_t *ball = &world->ball;
+
+    if (ball->age_ticks < CARRIED_AGE_TICKS || !opponent->known ||
+        opponent->age_ticks > ball->age_ticks ||
+        length_of(ball->x_q4 - opponent->x_q4, ball->y_q4 - opponent->y_q4) > CARRIED_MM * 16)
+        return;
+    ball->vx_mm_s = opponent->vx_mm_s;
+    ball->vy_mm_s = opponent->vy_mm_s;
 }
 
 static void lose_speed(const world_t *world, object_t *ball)
@@ -276,13 +297,16 @@ void world_tick(world_t *world, const int32_t counts[2])
     grow_uncertain(world, counts);
     count_up(&world->goal_age_ticks);
     look = world->newest % LOOK_TICKS == 0;
-    grow_old(&world->ball, &pose, world->tuning->ball_drift_mm_s, look);
-    grow_old(&world->opponent, &pose, world->tuning->opponent_drift_mm_s, look);
+    grow_old(&world->ball, &pose, world->tuning->ball_drift_mm_s, 0, look);
+    count_up(&world->ball_near_ticks);
+    grow_old(&world->opponent, &pose, world->tuning->opponent_drift_mm_s, VIEW_NEAR_MM, look);
     if (!world->ball.known)
         return;
     roll(world, &pose);
-    if (look)
+    if (look) {
         lose_speed(world, &world->ball);
+        be_carried(world);
+    }
 }
 
 /* ---- Sightings ---- */
@@ -608,6 +632,22 @@ static void see_ball(world_t *world, const place_t *place, const pose_t *then, u
     world->last_ball_bearing = angle_of(ball->x_q4 - now.x_q4, ball->y_q4 - now.y_q4);
 }
 
+/* It fills the eye. Its place is a guess, only taken if there is no better one; age tells. */
+static void see_near_ball(world_t *world, const place_t *guess, const pose_t *then)
+{
+    object_t *ball = &world->ball;
+    int32_t x_q4;
+    int32_t y_q4;
+
+    world->ball_near_ticks = 0;
+    ball->unseen_ticks = 0;
+    if (ball->known && ball->age_ticks <= NEAR_AGE_TICKS)
+        return;
+    to_field(then, guess, &x_q4, &y_q4);
+    place_object(ball, x_q4, y_q4, guess);
+    ball->age_ticks = NEAR_AGE_TICKS + 1;
+}
+
 void world_see(world_t *world, const sightings_t *sightings, uint32_t age_100us)
 {
     pose_t then;
@@ -618,8 +658,8 @@ void world_see(world_t *world, const sightings_t *sightings, uint32_t age_100us)
         pose_then(world, age_100us, &then);
     if (sightings->ball.valid)
         see_ball(world, &sightings->ball, &then, age_100us);
-    else if (sightings->ball_near && world->ball.known)
-        world->ball.unseen_ticks = 0;
+    else if (sightings->ball_near)
+        see_near_ball(world, &sightings->ball, &then);
     if (sightings->opponent.valid)
         see_object(world, &world->opponent, &sightings->opponent, &then, age_100us,
                    world->tuning->opponent_gate_mm);

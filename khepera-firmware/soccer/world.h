@@ -55,6 +55,7 @@ typedef struct {
                               * opponent; saturates */
     uint8_t localised;       /* a goal has been seen since the start */
     object_t ball;
+    uint16_t ball_near_ticks; /* since it filled the eye; saturates */
     object_t opponent;
     angle_t last_ball_bearing; /* direction (field) in which the ball was last seen */
     uint16_t goal_age_ticks;   /* since a goal edge was last used; saturates */

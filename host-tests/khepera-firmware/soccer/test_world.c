@@ -201,7 +201,7 @@ static void a_rolling_ball_gets_a_speed_and_rolls_on(void)
 
     look_at_goal(1);
     see_for(20);
-    for (frame = 0; frame < 20; frame++) {
+    for (frame = 0; frame < 40; frame++) {
         x += 200 * 0.02;
         /* Seen 30 ms late. */
         look_at(&seen.ball, x - 200 * 0.03, 50, 3);
