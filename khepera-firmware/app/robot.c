@@ -266,9 +266,11 @@ static void take_report(robot_t *robot)
         log_write(&robot->log, LOG_TURRET, LOG_DEBUG, "damaged report");
         return;
     }
-    /* A turret that shows one report again and again has stopped seeing. */
-    if (robot->reports > 0 && report.sequence == robot->report.sequence)
+    if (!freshness_take(&robot->fresh, &report, age_100us)) {
+        if (robot->stale_reports < UINT16_MAX)
+            robot->stale_reports++;
         return;
+    }
     if (robot->silent_ticks >= ROBOT_REPORT_TIMEOUT_TICKS)
         log_write(&robot->log, LOG_TURRET, LOG_INFO, "reports come");
     robot->report = report;
@@ -352,6 +354,7 @@ void robot_tick(robot_t *robot)
     heed_stop_word(robot);
     measure_travel(robot, moved);
     robot->ticks++;
+    freshness_tick(&robot->fresh);
     robot->log.time_ms = robot->ticks * MS_PER_TICK;
     count_silence(robot);
     if (robot->playing) {
@@ -456,7 +459,8 @@ void robot_init(robot_t *robot, const base_t *base)
     robot->report = no_report;
     base->encoders(base->context, robot->counts);
     robot->ticks = robot->reports = 0;
-    robot->bad_reports = 0;
+    robot->bad_reports = robot->stale_reports = 0;
+    freshness_init(&robot->fresh);
     robot->silent_ticks = ROBOT_BLIND_SEARCH_TICKS;
     robot->playing = robot->emergency = robot->leds = robot->log_live = 0;
     robot->list = NULL;

@@ -17,6 +17,7 @@
 #include "app/pose.h"
 #include "app/tasks.h"
 #include "app/telemetry.h"
+#include "soccer/freshness.h"
 #include "soccer/soccer.h"
 
 struct robot;
@@ -42,6 +43,8 @@ typedef struct robot {
     uint32_t reports;  /* good ones */
     report_t report;   /* the last good one; its version is 0 before the first */
     uint16_t bad_reports;
+    uint16_t stale_reports; /* repeated, out of order, held up */
+    freshness_t fresh;
     uint16_t silent_ticks; /* since the last good report; saturates */
     uint8_t playing;
     uint8_t emergency; /* `estop` came in: the motors stay off until `estop clear` */

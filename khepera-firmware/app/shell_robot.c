@@ -62,8 +62,8 @@ static void status_wheels(const robot_t *robot)
 
 static void status_turret(const robot_t *robot)
 {
-    robot_print(robot, "turret: %s\r\nreports: %u good, %d damaged, %d lost\r\n",
-                turret_state(robot), robot->reports, robot->bad_reports,
+    robot_print(robot, "turret: %s\r\nreports: %u good, %d damaged, %d stale, %d lost\r\n",
+                turret_state(robot), robot->reports, robot->bad_reports, robot->stale_reports,
                 robot->base->reports_lost(robot->base->context));
 }
 
