@@ -214,6 +214,7 @@ static void expose(pitch_t *pitch)
     if (pitch->eyes != EYES_BLACK && pitch->eyes != EYES_BLIND_TO_BALL)
         see_ball(pitch, report);
     if (pitch->eyes != EYES_BLACK) {
+        report->flags |= REPORT_WALL;
         see_goal(pitch, report);
         see_opponent(pitch, report);
     }

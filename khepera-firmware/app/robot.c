@@ -244,8 +244,8 @@ static int steer(robot_t *robot)
         soccer_search_blind(&robot->soccer, &wheels);
     else if (robot->silent_ticks >= ROBOT_REPORT_TIMEOUT_TICKS)
         return 0;
-    else
-        soccer_wheels(&robot->soccer, &wheels);
+    else if (!soccer_wheels(&robot->soccer, &wheels))
+        return 0;
     motion_drive(&robot->motion, wheels.left_mm_s, wheels.right_mm_s);
     return 1;
 }

@@ -23,7 +23,7 @@
 typedef struct {
     uint16_t now_100us;    /* the base's clock, wraps */
     uint16_t offset_100us; /* base's minus turret's at the quickest report */
-    uint16_t quiet_ticks; /* since the last fresh report; saturates */
+    uint16_t quiet_ticks;  /* since the last fresh report; saturates */
     uint8_t sequence;
     uint8_t creep; /* reports since the offset was last let grow */
     uint8_t known; /* there has been a report */

@@ -7,6 +7,10 @@
  * wheels cannot follow. */
 #define DECIDE_TICKS 3u
 
+/* Open eyes see at least the foot of a wall, or what hides it. */
+#define TELLS_SOMETHING                                                                            \
+    (REPORT_BALL | REPORT_GOAL_LEFT_EDGE | REPORT_GOAL_RIGHT_EDGE | REPORT_OPPONENT | REPORT_WALL)
+
 void soccer_init(soccer_t *soccer, const soccer_tuning_t *tuning)
 {
     static const soccer_t nothing;
@@ -22,6 +26,7 @@ void soccer_start(soccer_t *soccer, angle_t heading)
     world_start(&soccer->world, soccer->tuning, heading);
     strategy_start(&soccer->strategy, soccer->tuning);
     soccer->since_ticks = 0;
+    soccer->dark_ticks = 0;
     soccer->wheels.left_mm_s = 0;
     soccer->wheels.right_mm_s = 0;
 }
@@ -62,6 +67,8 @@ void soccer_tick(soccer_t *soccer, const int32_t counts[2])
 {
     world_tick(&soccer->world, counts);
     strategy_tick(&soccer->strategy, counts);
+    if (soccer->dark_ticks < UINT16_MAX)
+        soccer->dark_ticks++;
     if (++soccer->since_ticks >= DECIDE_TICKS)
         decide(soccer);
     tell_belief(soccer);
@@ -71,15 +78,21 @@ void soccer_see(soccer_t *soccer, const report_t *report, uint16_t age_100us)
 {
     sightings_t sightings;
 
+    if (report->flags & TELLS_SOMETHING)
+        soccer->dark_ticks = 0;
     sightings_from_report(report, soccer->tuning, &sightings);
     world_see(&soccer->world, &sightings,
               (uint32_t)age_100us + report->delay + CAMERA_EXPOSURE_TO_END_US / 100);
     decide(soccer);
 }
 
-void soccer_wheels(const soccer_t *soccer, wheels_t *wheels)
+int soccer_wheels(const soccer_t *soccer, wheels_t *wheels)
 {
-    *wheels = soccer->wheels;
+    if (soccer->dark_ticks >= SOCCER_DARK_SEARCH_TICKS)
+        soccer_search_blind(soccer, wheels);
+    else
+        *wheels = soccer->wheels;
+    return soccer->dark_ticks < SOCCER_DARK_TICKS || soccer->dark_ticks >= SOCCER_DARK_SEARCH_TICKS;
 }
 
 void soccer_search_blind(const soccer_t *soccer, wheels_t *wheels)

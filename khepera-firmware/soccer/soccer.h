@@ -19,7 +19,13 @@ typedef struct {
     strategy_t strategy;
     wheels_t wheels;     /* as decided last */
     uint8_t since_ticks; /* since then */
+    uint16_t dark_ticks; /* since a report told of anything at all; saturates */
 } soccer_t;
+
+/* Reports that tell of nothing for so long stop the motors, ticks of 10 ms; */
+#define SOCCER_DARK_TICKS        19u
+/* ... and for so long make it turn on the spot. */
+#define SOCCER_DARK_SEARCH_TICKS 100u
 
 /* Once, before anything else. `tuning` must outlive `soccer`; what changes in it counts at once. */
 void soccer_init(soccer_t *soccer, const soccer_tuning_t *tuning);
@@ -34,8 +40,9 @@ void soccer_tick(soccer_t *soccer, const int32_t counts[2]);
 /* A report whose attention interrupt came `age_100us` (units of 100 us) ago. Decides anew. */
 void soccer_see(soccer_t *soccer, const report_t *report, uint16_t age_100us);
 
-/* The wheel speeds decided last. */
-void soccer_wheels(const soccer_t *soccer, wheels_t *wheels);
+/* The wheel speeds to drive with now. 0: the motors must be off, because for so long no report has
+ * told of anything (dark eyes); after a second of that it turns on the spot. */
+int soccer_wheels(const soccer_t *soccer, wheels_t *wheels);
 
 /* The wheel speeds while no reports come: slowly on the spot. */
 void soccer_search_blind(const soccer_t *soccer, wheels_t *wheels);

@@ -212,16 +212,29 @@ static int32_t blocked_cost(const soccer_tuning_t *tuning, const object_t *oppon
            COST_BLOCKED / 4;
 }
 
-static int32_t shot_cost(const strategy_t *strategy, const world_t *world, const situation_t *now,
-                         angle_t shot, int32_t outside)
+/* What a shot's direction costs by itself: how far beside the goal it goes, and how far the robot
+ * has to drive around the ball for it. */
+static int32_t direction_cost(const strategy_t *strategy, const situation_t *now, angle_t shot,
+                              int32_t outside)
+{
+    const soccer_tuning_t *tuning = strategy->tuning;
+    int32_t around = size_of(angle_wrap(now->ball_direction - shot));
+    int32_t cost = now->contested
+                       ? outside * tuning->contest_outside / 4 + around * tuning->contest_way / 16
+                       : outside * tuning->shot_outside / 4 + around * tuning->shot_way / 16;
+
+    if (strategy->shot_known && size_of(angle_wrap(shot - strategy->shot)) > ANGLE_DEGREES(10))
+        cost += COST_CHANGE;
+    return cost;
+}
+
+/* What walls and the opponent add. INT32_MAX: not to be had, or backwards. */
+static int32_t obstacle_cost(const strategy_t *strategy, const world_t *world,
+                             const situation_t *now, angle_t shot)
 {
     int32_t cosine = angle_cos_q14(shot);
     int32_t sine = angle_sin_q14(shot);
-    angle_t robot = angle_wrap(now->ball_direction - shot);
-    int32_t cost = now->contested ? outside * strategy->tuning->contest_outside / 4 +
-                                        size_of(robot) * strategy->tuning->contest_way / 16
-                                  : outside * strategy->tuning->shot_outside / 4 +
-                                        size_of(robot) * strategy->tuning->shot_way / 16;
+    int32_t cost = 0;
 
     if (cosine < (now->ball_x_q4 < OWN_GOAL_NEAR_MM * 16 ? 0 : SHOT_COS_MIN_Q14) ||
         !free_for_robot(now->ball_x_q4 - BEHIND_TIGHT_MM * cosine / 1024,
@@ -232,35 +245,40 @@ static int32_t shot_cost(const strategy_t *strategy, const world_t *world, const
         cost += COST_TIGHT;
     if (world->opponent.known)
         cost += blocked_cost(strategy->tuning, &world->opponent, now, cosine, sine);
-    if (strategy->shot_known && size_of(angle_wrap(shot - strategy->shot)) > ANGLE_DEGREES(10))
-        cost += COST_CHANGE;
     return cost;
 }
 
 /* The best direction for the ball: into the goal if the robot can get behind it and nobody stands
- * in the way, else the next best. Takes a 68331 a millisecond: planned less often than steered. */
+ * in the way, else the next best. From the middle outwards, so that most directions are known to be
+ * worse before walls and opponent are looked at. */
 static void choose_shot(strategy_t *strategy, const world_t *world, const situation_t *now)
 {
+    int32_t goal_aim = strategy->tuning->goal_aim_mm * 16;
     int32_t ahead = (PITCH_HALF_LENGTH_MM + GOAL_INSIDE_MM) * 16 - now->ball_x_q4;
     int32_t goal_x = ahead > GOAL_AIM_MIN_MM * 16 ? ahead : GOAL_AIM_MIN_MM * 16;
     angle_t middle = angle_of(goal_x, -now->ball_y_q4);
-    angle_t left = angle_of(goal_x, strategy->tuning->goal_aim_mm * 16 - now->ball_y_q4);
-    angle_t right = angle_of(goal_x, -strategy->tuning->goal_aim_mm * 16 - now->ball_y_q4);
+    angle_t left = angle_of(goal_x, goal_aim - now->ball_y_q4);
+    angle_t right = angle_of(goal_x, -goal_aim - now->ball_y_q4);
     int32_t best = INT32_MAX;
     angle_t chosen = middle;
     int step;
 
-    for (step = -SHOT_STEPS; step <= SHOT_STEPS; step++) {
-        angle_t shot = angle_wrap(middle + step * SHOT_STEP);
+    for (step = 0; step <= 2 * SHOT_STEPS; step++) {
+        /* 0, 1, -1, 2, -2... */
+        int32_t aside = step % 2 ? (step + 1) / 2 : -step / 2;
+        angle_t shot = angle_wrap(middle + aside * SHOT_STEP);
         int32_t over = angle_wrap(shot - left);
         int32_t under = angle_wrap(right - shot);
         int32_t outside = over > under ? over : under;
-        int32_t cost = shot_cost(strategy, world, now, shot, outside > 0 ? outside : 0);
+        int32_t cost = direction_cost(strategy, now, shot, outside > 0 ? outside : 0) +
+                       size_of(aside) * COST_OF_STEP;
+        int32_t more;
 
-        if (cost != INT32_MAX)
-            cost += size_of(step) * COST_OF_STEP;
-        if (cost < best) {
-            best = cost;
+        if (cost >= best)
+            continue;
+        more = obstacle_cost(strategy, world, now, shot);
+        if (more < best - cost) {
+            best = cost + more;
             chosen = shot;
         }
     }
