@@ -20,6 +20,8 @@ const SET_ALT_SETTING: u32 = 9;
 const ALT_SETTING_STATUS: u32 = 11;
 const START_ISO_STREAM: u32 = 12;
 const ISO_STREAM_STATUS: u32 = 14;
+const START_INTERRUPT: u32 = 15;
+const STOP_INTERRUPT: u32 = 16;
 const CANCEL: u32 = 21;
 const DISCONNECT_ACK: u32 = 24;
 const CONTROL: u32 = 100;
@@ -266,6 +268,129 @@ fn random_packets_do_no_harm() {
         }
         rig.session.close(&mut Bench { fx2: &mut rig.fx2, board: &mut Unconnected });
         assert!(!rig.session.is_busy());
+    }
+}
+
+/// What a sane peer sends, packet by packet: settings, control transfers, bulk both ways, polling,
+/// cancellations, a reset, and all over again.
+fn sane_session() -> Vec<Vec<u8>> {
+    let control = |id, setup: [u8; 8], data: &[u8]| {
+        let mut body = vec![setup[0] & 0x80, setup[1], setup[0], 0];
+        body.extend_from_slice(&setup[2..]);
+        body.extend_from_slice(data);
+        packet(CONTROL, id, &body)
+    };
+    let mut packets = vec![hello()];
+    for round in 0..2_u64 {
+        let id = 100 * round;
+        packets.extend([
+            packet(SET_CONFIGURATION, id, &[1]),
+            packet(SET_ALT_SETTING, id + 1, &[0, 1]),
+            control(id + 2, [0x80, 6, 0, 2, 0, 0, 171, 0], &[]),
+            packet(BULK, id + 3, &bulk(0x02, 700, &[7; 700])),
+            packet(BULK, id + 4, &bulk(0x81, 512, &[])),
+            packet(BULK, id + 5, &bulk(0x86, 16384, &[])),
+            packet(CANCEL, id + 5, &[]),
+            control(id + 6, [0x40, 0xA0, 0, 0x10, 0, 0, 64, 0], &[0x5A; 64]),
+            control(id + 7, [0xC0, 0xA0, 0, 0x10, 0, 0, 64, 0], &[]),
+            packet(SET_ALT_SETTING, id + 8, &[0, 2]),
+            packet(START_INTERRUPT, id + 9, &[0x81]),
+            packet(STOP_INTERRUPT, id + 10, &[0x81]),
+            control(id + 11, [0x02, 1, 0, 0, 0x86, 0, 0, 0], &[]),
+            packet(RESET, id + 12, &[]),
+        ]);
+    }
+    packets
+}
+
+/// One to four accidents of a session.
+fn damage(packets: &mut Vec<Vec<u8>>, random: &mut impl FnMut(usize) -> usize) {
+    for _ in 0..=random(4) {
+        let at = random(packets.len());
+        let other = random(packets.len());
+        match random(8) {
+            0 => packets.swap(at, other),
+            1 => packets.insert(at, packets[other].clone()),
+            2 if packets.len() > 1 => drop(packets.remove(at)),
+            3 => {
+                let length = packets[at].len();
+                packets[at].truncate(random(length + 1));
+            }
+            4 => {
+                let mut tail = vec![random(256) as u8; random(40)];
+                packets[at].append(&mut tail);
+            }
+            _ => {
+                let places = packets[at].len().max(1);
+                for _ in 0..=random(3) {
+                    let place = random(places);
+                    if let Some(byte) = packets[at].get_mut(place) {
+                        *byte = [random(256) as u8, 0, 0xFF, *byte ^ 1 << random(8)][random(4)];
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn damaged_sessions_harm_neither_the_chip_nor_the_next_session() {
+    let mut seed = 4u64;
+    let mut random = |limit: usize| {
+        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (seed >> 33) as usize % limit
+    };
+    let mut refused = 0;
+    for case in 0..400 {
+        let mut packets = sane_session();
+        damage(&mut packets, &mut random);
+        // The stream arrives in pieces that have nothing to do with packets.
+        let stream = packets.concat();
+        let mut rig = Rig::new(None);
+        rig.session = Session::new(true);
+        let mut rest = &stream[..];
+        while !rest.is_empty() {
+            let (piece, behind) = rest.split_at((1 + random(900)).min(rest.len()));
+            rest = behind;
+            rig.session.receive(piece);
+            let mut bench = Bench { fx2: &mut rig.fx2, board: &mut Unconnected };
+            let until = bench.fx2.now() + MS * [1, 5, 130][random(3)];
+            if let Err(error) = rig.session.run_until(&mut bench, until) {
+                let text = error.to_string();
+                assert!(!text.is_empty() && !text.contains('\n'), "case {case}: {text}");
+                refused += 1;
+                break;
+            }
+            assert!(rig.session.outgoing().len() < 4 << 20, "case {case}: endless answers");
+        }
+        rig.session.close(&mut Bench { fx2: &mut rig.fx2, board: &mut Unconnected });
+        // The next peer finds a chip that works.
+        rig.session = Session::new(true);
+        rig.session.receive(&hello());
+        let told = rig.pass(600 * MS);
+        assert_eq!(told.last().map(|packet| packet.0), Some(DEVICE_CONNECT), "case {case}");
+        let write = rig.control([0x40, 0xA0, 0, 0x08, 0, 0, 4, 0], &[1, 2, 3, 4]);
+        let read = rig.control([0xC0, 0xA0, 0, 0x08, 0, 0, 4, 0], &[]);
+        assert_eq!((write.0, read), (0, (0, vec![1, 2, 3, 4])), "case {case}");
+    }
+    assert!((50..350).contains(&refused), "{refused} of 400 sessions were refused: a poor mixture");
+}
+
+#[test]
+fn a_peer_that_vanishes_at_any_byte_leaves_a_chip_that_works() {
+    let stream = sane_session()[..16].concat();
+    for end in (0..stream.len()).step_by(23) {
+        let mut rig = Rig::new(None);
+        rig.session = Session::new(true);
+        rig.session.receive(&stream[..end.min(80)]);
+        rig.pass(300 * MS);
+        rig.session.receive(&stream[end.min(80)..end]);
+        rig.pass(MS);
+        rig.session.close(&mut Bench { fx2: &mut rig.fx2, board: &mut Unconnected });
+        rig.session = Session::new(true);
+        rig.session.receive(&hello());
+        assert_eq!(kinds(&rig.pass(400 * MS)), [0, 4, EP_INFO, DEVICE_CONNECT], "cut at {end}");
+        assert_eq!(rig.control([0x80, 8, 0, 0, 0, 0, 1, 0], &[]), (0, vec![0]), "cut at {end}");
     }
 }
 
