@@ -6,6 +6,7 @@ use crate::diagnostics::Rule;
 use crate::eeprom::Identity;
 use crate::pins::Board;
 use crate::time::{Tick, tick_to_ps};
+use serde::{Deserialize, Serialize};
 
 const TAG_ID: u8 = 0xC0;
 const TAG_PROGRAM: u8 = 0xC2;
@@ -16,7 +17,7 @@ const FIRST_DEVICE: u8 = 0xA0;
 const LAST_DEVICE: u8 = 0xA2;
 
 /// The next thing to do on the bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Step {
     Select,
     Address(u8),
@@ -25,7 +26,7 @@ enum Step {
 }
 
 /// The loader at work, one bus byte at a time.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Boot {
     device: u8,
     step: Step,

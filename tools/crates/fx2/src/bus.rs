@@ -5,6 +5,7 @@
 use crate::frames::Frames;
 use crate::host::{CONTROL_GAP, Link};
 use crate::{InReply, OutReply, PACKET_MAX, Speed};
+use serde::{Deserialize, Serialize};
 use sim::{MS, Ps, US};
 use std::collections::VecDeque;
 
@@ -17,7 +18,7 @@ const RECOVERY_TIME: Ps = 10 * MS;
 const CONTROL_PACKET: usize = 64;
 
 /// How a transfer ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
     /// All of it, or less because the device sent a short packet.
     Done,
@@ -32,7 +33,7 @@ pub enum Status {
 }
 
 /// A transfer that is over.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Completion {
     /// The number it was submitted with.
     pub id: u64,
@@ -47,7 +48,7 @@ pub struct Completion {
 }
 
 /// What a transfer does.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Job {
     /// Control read: SETUP packet, whose length field counts.
     ControlIn([u8; 8]),
@@ -85,14 +86,14 @@ impl Job {
 }
 
 /// Where a control transfer stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Stage {
     Setup,
     Data,
     Status,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Transfer {
     id: u64,
     job: Job,
@@ -102,7 +103,7 @@ struct Transfer {
     data: Vec<u8>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Pipe {
     number: usize,
     queue: VecDeque<Transfer>,
@@ -118,7 +119,7 @@ enum Step {
 }
 
 /// The controller.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Bus {
     frames: Frames,
     pipes: Vec<Pipe>,

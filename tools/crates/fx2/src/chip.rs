@@ -15,6 +15,7 @@ use crate::uart::Uart;
 use crate::usb::Usb;
 use crate::{Config, descriptors};
 use mcs51::Source;
+use serde::{Deserialize, Serialize};
 
 const SCRATCH: u16 = 0xE000;
 const SCRATCH_SIZE: usize = 0x200;
@@ -29,14 +30,17 @@ const IT1: u8 = 0x04;
 const IE1: u8 = 0x08;
 
 /// The chip without its core.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Chip {
+    #[serde(with = "sim::hex")]
     pub(crate) ram: Box<[u8; RAM_MAX]>,
     pub(crate) ram_size: usize,
+    #[serde(with = "sim::hex")]
     scratch: [u8; SCRATCH_SIZE],
     /// Memory on the external bus, if the board has some.
     external: Option<Vec<u8>>,
     /// What was written to 0xE600..0xE700; registers with a life of their own have it elsewhere.
+    #[serde(with = "sim::hex")]
     regs: [u8; 0x100],
     pub(crate) gpcr2: u8,
     pub(crate) tick: Tick,

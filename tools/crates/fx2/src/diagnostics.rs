@@ -1,9 +1,10 @@
 //! What firmware did that the chip forbids or that is not modelled, each reported once.
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// The rule that was broken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Rule {
     /// A register, memory or mode that this model does not have.
     NotModelled,
@@ -22,7 +23,7 @@ pub enum Rule {
 }
 
 /// One finding.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Diagnostic {
     /// Address of the instruction that did it; 0 when no instruction was at fault.
     pub pc: u16,
@@ -41,7 +42,7 @@ impl fmt::Display for Diagnostic {
 }
 
 /// The list, without repetitions of the same rule at the same address and program counter.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Diagnostics {
     found: Vec<Diagnostic>,
 }

@@ -1,13 +1,14 @@
 //! Serial EEPROMs of the 24LC family: the device, and boot images for it.
 
 use crate::image::{Image, ImageError};
+use serde::{Deserialize, Serialize};
 use sim::{MS, Ps};
 
 /// Longest write cycle (24LC128 data sheet, t_WC); the device does not answer during it.
 const WRITE_TIME: Ps = 5 * MS;
 
 /// An EEPROM on the I²C bus. A board embeds it and hands its I²C calls on.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Eeprom {
     address: u8,
     address_bytes: u8,
@@ -125,7 +126,7 @@ impl Eeprom {
 }
 
 /// USB identity in a boot image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Identity {
     /// idVendor.
     pub vendor: u16,
@@ -136,7 +137,7 @@ pub struct Identity {
 }
 
 /// Configuration byte of a boot image (TRM 3.4.3).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BootConfig {
     /// Start disconnected from USB (bit 6).
     pub disconnected: bool,

@@ -9,6 +9,7 @@
 //! ```
 
 use crate::usb::Speed;
+use serde::{Deserialize, Serialize};
 
 /// Bits of EPxCFG.
 const VALID: u8 = 0x80;
@@ -29,7 +30,7 @@ pub const PACKET_MAX: usize = 1024;
 const BUFFERS_MAX: usize = 4;
 
 /// Buffer numbers in the order in which they were handed over.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 struct Queue {
     items: [u8; BUFFERS_MAX],
     len: u8,
@@ -61,14 +62,15 @@ impl Queue {
     }
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Buffer {
     len: usize,
+    #[serde(with = "sim::hex")]
     data: Box<[u8; PACKET_MAX]>,
 }
 
 /// What a commit by the CPU did, so that the engine can raise the right interrupts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Commit {
     Done,
     /// There was no buffer to hand over.
@@ -76,7 +78,7 @@ pub(crate) enum Commit {
 }
 
 /// One of EP2, EP4, EP6, EP8.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Endpoint {
     pub(crate) cfg: u8,
     pub(crate) fifocfg: u8,

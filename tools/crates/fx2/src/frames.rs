@@ -1,6 +1,7 @@
 //! How the bus's time is shared out: frames, and transactions that fit into them.
 
 use crate::Speed;
+use serde::{Deserialize, Serialize};
 use sim::{MS, Ps, US};
 
 /// Most bulk packets of 512 bytes that fit into a microframe (USB 2.0, table 5-10).
@@ -8,7 +9,7 @@ pub const PACKETS_PER_MICROFRAME: u8 = 13;
 
 /// Frames of one speed (USB 2.0, tables 5-9 and 5-10): so many byte times each, and what a bulk
 /// transaction takes besides its data.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Shape {
     time: Ps,
     bytes: u64,
@@ -19,7 +20,7 @@ const MICROFRAME: Shape = Shape { time: 125 * US, bytes: 7500, overhead: 55 };
 const FRAME: Shape = Shape { time: MS, bytes: 1500, overhead: 13 };
 
 /// The present frame and what is left of it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Frames {
     pub(crate) speed: Speed,
     /// The end of the last reset: frames are counted from here.

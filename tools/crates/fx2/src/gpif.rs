@@ -20,6 +20,7 @@ use crate::pins::{Board, Sensed};
 use crate::ports::IFCFG_GPIF;
 use crate::regs::xdata;
 use crate::time::{IfClock, tick_to_ps};
+use serde::{Deserialize, Serialize};
 use sim::Ps;
 
 /// Bits of an opcode.
@@ -40,7 +41,7 @@ const IDLE: u8 = 7;
 const LAUNCH_EDGES: u64 = 2;
 
 /// What a trigger started.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Transaction {
     SingleRead,
     SingleWrite,
@@ -64,7 +65,7 @@ impl Transaction {
 }
 
 /// A transaction in progress.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Run {
     transaction: Transaction,
     /// IFCLK as the transaction found it: changing it under way is reported and has no effect.
@@ -104,7 +105,7 @@ impl Run {
 }
 
 /// One state of the waveform in use, decoded when the transaction begins.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct State {
     /// Clocks of a state that does not decide; 1 for one that does.
     clocks: u16,
@@ -141,7 +142,7 @@ const TERM_FLAG: u8 = 6;
 const TERM_INTRDY: u8 = 7;
 
 /// A loop of states that comes back to where it began.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Round {
     clocks: u64,
     words: u64,
@@ -149,8 +150,9 @@ struct Round {
 }
 
 /// The machine and its own registers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Gpif {
+    #[serde(with = "sim::hex")]
     pub(crate) waveforms: [u8; 128],
     /// The states of the waveform that runs; [7] is IDLE, which does nothing.
     states: [State; 8],

@@ -4,6 +4,7 @@
 use crate::interrupts::EXIF_I2C;
 use crate::pins::Board;
 use crate::time::{NEVER, Tick, tick_to_ps};
+use serde::{Deserialize, Serialize};
 
 const START: u8 = 0x80;
 const STOP: u8 = 0x40;
@@ -16,7 +17,7 @@ const I2CTL_400KHZ: u8 = 0x01;
 const I2CTL_STOPIE: u8 = 0x02;
 
 /// What is on the bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Operation {
     Start(u8),
     Write(u8),
@@ -25,7 +26,7 @@ enum Operation {
 }
 
 /// The master with I2CS, I2DAT, I2CTL.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct I2c {
     control: u8,
     status: u8,

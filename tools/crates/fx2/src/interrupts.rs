@@ -2,6 +2,7 @@
 //! and EICON (TRM chapter 4).
 
 use mcs51::Source;
+use serde::{Deserialize, Serialize};
 
 /// EXIF: INT2 requests.
 pub(crate) const EXIF_USB: u8 = 0x10;
@@ -48,7 +49,7 @@ pub(crate) mod fifo {
 }
 
 /// All request and enable flags but those of timers and serial ports.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Interrupts {
     pub(crate) usb_irq: u32,
     pub(crate) usb_ie: u32,

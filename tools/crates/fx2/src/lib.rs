@@ -48,6 +48,7 @@ mod usb;
 
 pub use diagnostics::{Diagnostic, Rule};
 pub use endpoints::PACKET_MAX;
+use serde::{Deserialize, Serialize};
 pub use usb::{InReply, OutReply, Speed};
 
 use boot::Boot;
@@ -59,7 +60,7 @@ use sim::Ps;
 use time::{NEVER, tick_at_or_after, tick_to_ps};
 
 /// Main RAM, which tells the FX2 from the FX2LP.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Ram {
     /// CY7C68013: 8 KiB.
     #[default]
@@ -96,7 +97,7 @@ impl Ram {
 }
 
 /// What can be chosen about a chip.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Config {
     /// Main RAM.
     pub ram: Ram,
@@ -105,7 +106,7 @@ pub struct Config {
 }
 
 /// A chip, from power-on.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Fx2 {
     cpu: Cpu,
     chip: Chip,

@@ -1,10 +1,11 @@
 //! The border between the chip and the board it is soldered to.
 
+use serde::{Deserialize, Serialize};
 use sim::Ps;
 
 /// What the chip drives. A bit of `*_enable` set means that the chip drives that pin; clear, the pin
 /// floats and the board's pull-ups decide.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Driven {
     /// Ports A..E as general-purpose pins. While a port's pins serve another unit (PB and PD as FD,
     /// PC and PE7 as GPIFADR), they appear there and are not enabled here.
@@ -26,7 +27,7 @@ pub struct Driven {
 }
 
 /// What the board drives onto the chip's pins, pull-ups included: every bit is a level.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sensed {
     /// Ports A..E.
     pub port: [u8; 5],
@@ -79,7 +80,7 @@ pub trait Board {
 }
 
 /// A chip on no board: pull-ups, and nobody answers on I2C.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Unconnected;
 
 impl Board for Unconnected {

@@ -4,6 +4,7 @@ use crate::chip::Chip;
 use crate::endpoints::Endpoint;
 use crate::pins::{Board, Driven, Sensed};
 use crate::regs::xdata;
+use serde::{Deserialize, Serialize};
 use sim::Ps;
 
 /// IFCONFIG bits 1..0.
@@ -22,7 +23,7 @@ const SLAVE_PA: u8 = 0x74;
 const PORTE_GPIFA8: u8 = 0x80;
 
 /// Latches and output enables of ports A to E.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Ports {
     pub(crate) latch: [u8; 5],
     pub(crate) enable: [u8; 5],

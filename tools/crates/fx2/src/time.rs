@@ -1,5 +1,6 @@
 //! The chip's own clock: 48 MHz ticks, and the interface clock derived from it.
 
+use serde::{Deserialize, Serialize};
 use sim::Ps;
 
 /// A count of 48 MHz ticks since power-on. All internal events fall on ticks.
@@ -20,7 +21,7 @@ pub(crate) const fn tick_at_or_after(t: Ps) -> Tick {
 }
 
 /// The interface clock (IFCONFIG bits 7 and 6).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum IfClock {
     /// Internal, 30 MHz.
     Internal30,

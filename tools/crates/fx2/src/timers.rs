@@ -4,6 +4,7 @@
 //! timer set to count them stands still.
 
 use crate::time::{NEVER, Tick};
+use serde::{Deserialize, Serialize};
 
 const TF1: u8 = 0x80;
 const TR1: u8 = 0x40;
@@ -17,7 +18,7 @@ const CT2: u8 = 0x02;
 const CPRL2: u8 = 0x01;
 
 /// How one counter runs at present.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Run {
     /// Ticks of one count.
     step: Tick,
@@ -28,7 +29,7 @@ struct Run {
 }
 
 /// The three timers with TCON, TMOD, T2CON and the timer bits of CKCON.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Timers {
     pub(crate) tcon: u8,
     pub(crate) tmod: u8,
@@ -47,7 +48,7 @@ pub(crate) struct Timers {
 }
 
 /// One of the four things that can count.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Unit {
     T0,
     T1,

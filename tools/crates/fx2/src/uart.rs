@@ -1,6 +1,7 @@
 //! A serial port of the 8051 (TRM appendix C.3). Its pins are its own, so bytes are handed over whole.
 
 use crate::time::{NEVER, Tick};
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 const RI: u8 = 0x01;
@@ -10,7 +11,7 @@ const REN: u8 = 0x10;
 const SM2: u8 = 0x20;
 
 /// One port.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Uart {
     pub(crate) scon: u8,
     received: u8,

@@ -12,6 +12,7 @@ use crate::endpoints::PACKET_MAX;
 use crate::interrupts::{EICON_RESUME, usb};
 use crate::regs::xdata;
 use crate::time::{NEVER, Tick};
+use serde::{Deserialize, Serialize};
 
 /// USBCS bits.
 const SIGRSUME: u8 = 0x01;
@@ -28,7 +29,7 @@ const SMALL: usize = 64;
 const FIRMWARE_LOAD: u8 = 0xA0;
 
 /// Bus speed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Speed {
     /// 12 Mbit/s.
     Full,
@@ -54,7 +55,7 @@ impl Speed {
 }
 
 /// Answer to an IN token.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum InReply {
     /// A packet of `length` bytes with PID DATA1 if `toggle`.
     Data {
@@ -72,7 +73,7 @@ pub enum InReply {
 }
 
 /// Answer to an OUT packet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum OutReply {
     /// Taken.
     Ack,
@@ -85,7 +86,7 @@ pub enum OutReply {
 }
 
 /// Who answers the control transfer in progress.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Handler {
     Firmware,
     /// The engine sends these bytes from `sent` on.
@@ -102,7 +103,7 @@ enum Handler {
 }
 
 /// Data that EP0 sends from memory (SUDPTR).
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Pointer {
     address: u16,
     left: usize,
@@ -111,12 +112,13 @@ struct Pointer {
 }
 
 /// EP1 in one direction.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Small {
     pub(crate) cfg: u8,
     pub(crate) busy: bool,
     pub(crate) stall: bool,
     pub(crate) count: u8,
+    #[serde(with = "sim::hex")]
     pub(crate) buffer: [u8; SMALL],
     toggle: bool,
 }
@@ -128,7 +130,7 @@ impl Small {
 }
 
 /// State of the engine.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Usb {
     pub(crate) identity: Identity,
     pub(crate) usbcs: u8,
@@ -137,6 +139,7 @@ pub(crate) struct Usb {
     new_address: Option<u8>,
     pub(crate) setup: [u8; 8],
     handler: Handler,
+    #[serde(with = "sim::hex")]
     pub(crate) ep0_buffer: [u8; SMALL],
     /// EP0BCH:L.
     pub(crate) ep0_count: u16,

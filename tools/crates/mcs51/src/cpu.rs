@@ -2,6 +2,7 @@
 
 use crate::interrupts::request_mask;
 use crate::{Bus, Source, sfr};
+use serde::{Deserialize, Serialize};
 
 /// PSW bit: odd number of ones in the accumulator.
 const PARITY: u8 = 0x01;
@@ -22,7 +23,7 @@ const SERVICE_RESUME: u8 = 4;
 const VECTOR_CYCLES: u32 = 4;
 
 /// An 8051 core with its internal RAM.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Cpu {
     /// Interrupt request lines, level: bit n = `Source` n requests. The chip keeps them current;
     /// the core looks at them before each instruction and never changes them.
@@ -46,6 +47,7 @@ pub struct Cpu {
     in_service: u8,
     /// The next instruction runs before any interrupt is taken.
     pub(crate) hold: bool,
+    #[serde(with = "sim::hex")]
     pub(crate) iram: [u8; 256],
 }
 

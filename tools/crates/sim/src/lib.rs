@@ -4,6 +4,8 @@
 //! each draws its random numbers from a generator of its own, so that adding a device never changes
 //! what another one does.
 
+pub mod hex;
+
 use rand_core::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
