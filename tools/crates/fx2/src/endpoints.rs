@@ -133,6 +133,11 @@ impl Endpoint {
         self.cfg & DIR_IN != 0
     }
 
+    /// EPxCFG TYPE = 01.
+    pub(crate) fn is_isochronous(&self) -> bool {
+        self.cfg & 0x30 == 0x10
+    }
+
     pub(crate) fn word_wide(&self) -> bool {
         self.fifocfg & WORDWIDE != 0
     }

@@ -686,7 +686,12 @@ impl Chip {
         if ep.stall {
             return InReply::Stall;
         }
+        let isochronous = ep.is_isochronous();
         let Some(packet) = ep.to_send().filter(|_| !nak_all) else {
+            // An isochronous endpoint has no NAK: the host gets a packet without data.
+            if isochronous {
+                return InReply::Data { length: 0, toggle: false };
+            }
             self.int.raise_ibn(2 + index as u8);
             self.changed();
             return InReply::Nak;
@@ -695,7 +700,7 @@ impl Chip {
         out[..length].copy_from_slice(packet);
         ep.sent();
         let toggle = ep.toggle;
-        ep.toggle = !toggle;
+        ep.toggle = !toggle && !isochronous;
         self.int.raise_usb(usb::EP2 << index);
         self.fifo_changed();
         InReply::Data { length, toggle }
@@ -711,15 +716,20 @@ impl Chip {
         if ep.stall {
             return OutReply::Stall;
         }
-        if toggle != ep.toggle {
+        let isochronous = ep.is_isochronous();
+        if toggle != ep.toggle && !isochronous {
             return OutReply::Ack; // a repetition
         }
         if nak_all || !ep.can_receive() {
+            // Without room an isochronous packet is lost: there is no handshake.
+            if isochronous {
+                return OutReply::Ack;
+            }
             self.ping_nak(2 + index as u32);
             return OutReply::Nak;
         }
         ep.receive(data);
-        ep.toggle = !toggle;
+        ep.toggle = !toggle && !isochronous;
         self.int.raise_usb(usb::EP2 << index);
         self.fifo_changed();
         OutReply::Ack

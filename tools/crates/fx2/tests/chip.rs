@@ -501,3 +501,80 @@ fn a_suspended_chip_sleeps_until_the_host_resumes() {
     fx2.run_until(501 * MS, &mut board);
     assert_eq!(iram(&fx2, 0x30), 0x33);
 }
+
+/// The twelve ways in which EP2, EP4, EP6 and EP8 may share their 4 KiB (TRM figure 1-16): bytes of a packet
+/// and number of buffers of each, 0 = switched off.
+const BUFFERINGS: [[(usize, u8); 4]; 12] = [
+    [(512, 2), (512, 2), (512, 2), (512, 2)],
+    [(512, 2), (512, 2), (512, 4), (0, 0)],
+    [(512, 2), (512, 2), (1024, 2), (0, 0)],
+    [(512, 4), (0, 0), (512, 2), (512, 2)],
+    [(512, 4), (0, 0), (512, 4), (0, 0)],
+    [(512, 4), (0, 0), (1024, 2), (0, 0)],
+    [(1024, 2), (0, 0), (512, 2), (512, 2)],
+    [(1024, 2), (0, 0), (512, 4), (0, 0)],
+    [(1024, 2), (0, 0), (1024, 2), (0, 0)],
+    [(512, 3), (0, 0), (512, 3), (512, 2)],
+    [(1024, 3), (0, 0), (0, 0), (512, 2)],
+    [(1024, 4), (0, 0), (0, 0), (0, 0)],
+];
+
+#[test]
+fn every_legal_buffering_takes_and_gives_its_number_of_packets() {
+    for (case, buffering) in BUFFERINGS.iter().enumerate() {
+        let mut program = Program::new();
+        for (index, &(size, count)) in buffering.iter().enumerate() {
+            // EP2 and EP4 OUT, EP6 and EP8 IN; packets of 1024 bytes are interrupt packets, others bulk.
+            let direction = if index < 2 { 0x00 } else { 0x40 };
+            let kind = if size == 1024 { 0x38 } else { 0x20 };
+            // EP4 and EP8 have no choice.
+            let number = if index % 2 == 1 { 0 } else { [0, 0, 2, 3, 0][usize::from(count)] };
+            let valid = if count > 0 { 0x80 } else { 0x00 };
+            let cfg = valid | direction | kind | number;
+            program = program.xdata(0xE612 + index as u16, cfg).xdata(0xE618 + index as u16, 0);
+        }
+        for (index, &(size, count)) in buffering.iter().enumerate() {
+            let bch = 0xE690 + 4 * index as u16;
+            for packet in 0..count {
+                program = if index < 2 {
+                    program.xdata(bch + 1, 0x80)
+                } else {
+                    let [high, low] = (size as u16).to_be_bytes();
+                    let buffer = 0xF000 + 0x400 * index as u16;
+                    program.xdata(buffer, packet).xdata(bch, high).xdata(bch + 1, low)
+                };
+            }
+        }
+        let mut fx2 = program.stop().start();
+        fx2.usb_reset();
+        fx2.usb_reset_done(Speed::High);
+        fx2.run_until(5 * MS, &mut Unconnected);
+        let mut data = [0; PACKET_MAX];
+        for (index, &(size, count)) in buffering.iter().enumerate() {
+            let number = 2 * index as u8 + 2;
+            for packet in 0..count {
+                let toggle = packet % 2 != 0;
+                if index < 2 {
+                    let reply = fx2.usb_out(number, toggle, &data[..size]);
+                    assert_eq!(reply, OutReply::Ack, "case {case}, EP{number}, packet {packet}");
+                } else {
+                    let reply = fx2.usb_in(number, &mut data);
+                    assert_eq!(
+                        reply,
+                        InReply::Data { length: size, toggle },
+                        "case {case}, EP{number}"
+                    );
+                    assert_eq!(data[0], packet, "case {case}, EP{number}");
+                }
+            }
+            let full = match (index < 2, count) {
+                (true, 0) => fx2.usb_out(number, false, &[]) == OutReply::NoResponse,
+                (true, _) => fx2.usb_out(number, count % 2 != 0, &[1]) == OutReply::Nak,
+                (false, 0) => fx2.usb_in(number, &mut data) == InReply::NoResponse,
+                (false, _) => fx2.usb_in(number, &mut data) == InReply::Nak,
+            };
+            assert!(full, "case {case}: EP{number} has more than {count} buffers");
+        }
+        assert_eq!(fx2.diagnostics(), [], "case {case}");
+    }
+}

@@ -17,6 +17,7 @@ mod play;
 mod program_symbols;
 mod pty;
 mod robot_args;
+mod snapshot;
 mod twin;
 mod twin_khepera;
 mod twin_robot;

@@ -26,6 +26,7 @@ use crate::fifo_master::CountingMaster;
 use crate::interrupt::{self, Interrupted};
 use crate::output::{Usage, write_file};
 use crate::program_symbols;
+use crate::snapshot::Snapshot;
 use crate::twin_khepera::{self, KheperaArgs};
 use crate::twin_robot::{self, RobotTwinArgs, listed};
 
@@ -53,7 +54,8 @@ Examples:
   sot twin fx2                                    a blank chip at 127.0.0.1:4000
   sot twin fx2 firmware.ihx --usbredir :5000      that program, at 127.0.0.1:5000
   sot twin fx2 --eeprom boot.iic --ram 16k        an FX2LP that boots from its EEPROM
-  sot twin fx2 firmware.ihx --seconds 2 --json    two simulated seconds, and what came of them")]
+  sot twin fx2 firmware.ihx --seconds 2 --json    two simulated seconds, and what came of them
+  sot twin fx2 firmware.ihx --seconds 2 --save s  the same, to go on from there with --restore s")]
 pub struct Fx2Args {
     /// Program to load: Intel HEX (.ihx, .hex) or raw bytes for address 0
     image: Option<PathBuf>,
@@ -75,6 +77,12 @@ pub struct Fx2Args {
     /// and checks that what comes out of EP2 counts
     #[arg(long, value_enum, default_value_t = FifoMaster::None)]
     fifo_master: FifoMaster,
+    /// Go on from a state that --save wrote, at its time, instead of from power-on
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["image", "eeprom", "ram"])]
+    restore: Option<PathBuf>,
+    /// Write the state at the end to FILE: the chip with its memories, and the EEPROM
+    #[arg(long, value_name = "FILE")]
+    save: Option<PathBuf>,
     /// What is plugged into both serial ports
     #[arg(long, value_enum, default_value_t = Serial::Open)]
     serial: Serial,
@@ -155,7 +163,11 @@ pub fn run(command: &Command) -> Result<()> {
     }
 }
 
-fn run_fx2(args: &Fx2Args) -> Result<()> {
+/// The chip and its EEPROM, from power-on or as they were saved.
+fn begin(args: &Fx2Args) -> Result<Snapshot> {
+    if let Some(path) = &args.restore {
+        return Snapshot::restore(path);
+    }
     let mut chip = Fx2::new(Config {
         ram: match args.ram {
             RamSize::K8 => Ram::K8,
@@ -166,8 +178,14 @@ fn run_fx2(args: &Fx2Args) -> Result<()> {
     if let Some(path) = &args.image {
         load_image(&mut chip, path)?;
     }
+    let eeprom = args.eeprom.as_deref().map(read_eeprom).transpose()?;
+    Ok(Snapshot { chip, eeprom })
+}
+
+fn run_fx2(args: &Fx2Args) -> Result<()> {
+    let Snapshot { mut chip, eeprom } = begin(args)?;
     let symbols = Rc::new(args.image.as_deref().map(program_symbols::beside).unwrap_or_default());
-    let mut board = EepromBoard { eeprom: args.eeprom.as_deref().map(read_eeprom).transpose()? };
+    let mut board = EepromBoard { eeprom };
     let contents = board.contents();
     let listener = listen(args)?;
     let place = listener.as_ref().map(TcpListener::local_addr).transpose()?;
@@ -196,6 +214,10 @@ fn run_fx2(args: &Fx2Args) -> Result<()> {
     {
         write_file(path, &new)?;
         eprintln!("{}: the firmware wrote into the EEPROM; contents saved", path.display());
+    }
+    if let Some(path) = &args.save {
+        Snapshot { chip: chip.clone(), eeprom: board.eeprom }.save(path)?;
+        eprintln!("state saved in {}", path.display());
     }
     if args.json {
         println!("{}", report.as_json(&chip));

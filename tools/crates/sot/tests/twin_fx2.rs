@@ -87,6 +87,51 @@ fn seconds_are_simulated_and_cycles_counted() {
 }
 
 #[test]
+fn a_saved_state_goes_on_where_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("busy.ihx"), BUSY.replace(' ', "")).unwrap();
+    let straight = json(&twin(folder.path(), &["busy.ihx", "--seconds", "0.5", "--json"]));
+    let half = ["busy.ihx", "--seconds", "0.25", "--save", "half.json"];
+    assert!(twin(folder.path(), &half).status.success());
+    let rest = ["--restore", "half.json", "--seconds", "0.25", "--json"];
+    let rest = json(&twin(folder.path(), &rest));
+    assert_eq!((&rest["cycles"], &rest["pc"]), (&straight["cycles"], &straight["pc"]));
+
+    let mut text = fs::read_to_string(folder.path().join("half.json")).unwrap();
+    let at = text.find("\\\"ram\\\":\\\"75").expect("its memory") + 12;
+    text.replace_range(at..=at, "F");
+    fs::write(folder.path().join("damaged.json"), &text).unwrap();
+    for (name, word) in [("damaged.json", "damaged"), ("busy.ihx", "no snapshot"), ("none", "none")]
+    {
+        let output = twin(folder.path(), &["--restore", name, "--seconds", "0.1"]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{name}: {said}");
+        assert!(said.lines().count() == 1 && said.contains(word), "{name}: {said}");
+    }
+    let both = twin(folder.path(), &["busy.ihx", "--restore", "half.json", "--seconds", "0.1"]);
+    assert_eq!(both.status.code(), Some(2), "a program or a state, not both");
+}
+
+#[test]
+fn a_finding_names_its_line_in_the_listing_beside_the_image() {
+    let folder = tempfile::tempdir().unwrap();
+    // MOV DPTR,#0xE604; MOV A,#2; MOVX @DPTR,A; SJMP $: resets EP2's FIFO without NAKALL.
+    fs::write(folder.path().join("p.ihx"), ":0800000090E6047402F080FE9A\n:00000001FF\n").unwrap();
+    fs::write(folder.path().join("p.map"), "C:   00000000  _main      p\n").unwrap();
+    fs::write(folder.path().join("p.lk"), "-muwx\n-i p.ihx\n./p.rel\n\n-e\n").unwrap();
+    let listing = "                                      1 \t.area CSEG    (CODE)\n\
+                   \x20                                     2 ;\tapp/p.c:17: FIFORESET = 2;\n\
+                   \x20     000000 90 E6 04         [24]    3 \tmov\tdptr,#_FIFORESET\n";
+    fs::write(folder.path().join("p.rst"), listing).unwrap();
+    let report = json(&twin(folder.path(), &["p.ihx", "--seconds", "0.01", "--json"]));
+    let found = &report["diagnostics"][0];
+    assert_eq!((&found["function"], &found["file"]), (&"main".into(), &"p.c".into()), "{found}");
+    assert_eq!((&found["line"], &found["rule"]), (&17.into(), &"FifoResetOrder".into()));
+    let printed = twin(folder.path(), &["p.ihx", "--seconds", "0.01"]);
+    assert!(String::from_utf8_lossy(&printed.stdout).contains("(main+0x5, p.c:17)"), "{printed:?}");
+}
+
+#[test]
 fn a_raw_program_of_odd_length_runs() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("idle.bin"), IDLE).unwrap();

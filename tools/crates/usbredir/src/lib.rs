@@ -9,10 +9,10 @@
 //! [`client`] is the other side, for programs that use such a device without a kernel in between.
 //!
 //! [`protocol`] turns bytes into packets, [`session`] packets into transfers on the emulated bus;
-//! [`serve`] adds the socket and paces simulated time to the wall clock. Isochronous streams are not
-//! offered.
+//! [`serve`] adds the socket and paces simulated time to the wall clock.
 
 pub mod client;
+mod isochronous;
 mod kept;
 pub mod protocol;
 pub mod session;

@@ -55,6 +55,7 @@ pub(crate) mod kind {
     pub const DEVICE_DISCONNECT_ACK: u32 = 24;
     pub const CONTROL_PACKET: u32 = 100;
     pub const BULK_PACKET: u32 = 101;
+    pub const ISO_PACKET: u32 = 102;
     pub const INTERRUPT_PACKET: u32 = 103;
 }
 
@@ -134,6 +135,8 @@ pub enum Request {
     Control(Control, Vec<u8>),
     /// A bulk transfer: endpoint, length, data if it writes.
     Bulk(u8, usize, Vec<u8>),
+    /// An isochronous OUT packet.
+    Iso(u8, Vec<u8>),
     /// An interrupt OUT packet.
     Interrupt(u8, Vec<u8>),
     /// Something that this side does not offer.
@@ -237,7 +240,7 @@ fn fixed_size(kind: u32, shared: u32) -> Option<usize> {
         kind::CONTROL_PACKET => 10,
         kind::BULK_PACKET if shared & capability::BULK_LENGTH_32 != 0 => 10,
         kind::BULK_PACKET => 8,
-        kind::INTERRUPT_PACKET => 4,
+        kind::ISO_PACKET | kind::INTERRUPT_PACKET => 4,
         _ => return None,
     })
 }
@@ -247,7 +250,11 @@ fn parse(kind: u32, body: &[u8], shared: u32) -> Result<Request, ProtocolError> 
     let bad = ProtocolError::BadLength(kind, body.len());
     let carries = matches!(
         kind,
-        kind::HELLO | kind::CONTROL_PACKET | kind::BULK_PACKET | kind::INTERRUPT_PACKET
+        kind::HELLO
+            | kind::CONTROL_PACKET
+            | kind::BULK_PACKET
+            | kind::ISO_PACKET
+            | kind::INTERRUPT_PACKET
     );
     if body.len() < size || body.len() > size && !carries {
         return Err(bad);
@@ -274,7 +281,10 @@ fn parse(kind: u32, body: &[u8], shared: u32) -> Result<Request, ProtocolError> 
             if fixed[0] & 0x80 != 0 || data.len() != length {
                 return Err(bad);
             }
-            Request::Interrupt(fixed[0], data.to_vec())
+            match kind {
+                kind::ISO_PACKET => Request::Iso(fixed[0], data.to_vec()),
+                _ => Request::Interrupt(fixed[0], data.to_vec()),
+            }
         }
     })
 }
@@ -439,6 +449,12 @@ impl Writer {
         let head = [endpoint, status as u8, length[0], length[1], 0, 0, 0, 0];
         let high: &[u8] = if self.has(capability::BULK_LENGTH_32) { &length[2..] } else { &[] };
         self.packet(kind::BULK_PACKET, id, &[&head, high, data]);
+    }
+
+    /// An isochronous packet.
+    pub fn iso(&mut self, id: u64, endpoint: u8, status: Status, data: &[u8]) {
+        let [low, high] = (data.len() as u16).to_le_bytes();
+        self.packet(kind::ISO_PACKET, id, &[&[endpoint, status as u8, low, high], data]);
     }
 
     /// An interrupt packet, or the answer to one of `length` bytes.

@@ -1,6 +1,7 @@
 //! One peer's session: its requests become transfers on the emulated bus, and the device's comings
 //! and goings become packets to the peer. Knows neither sockets nor clocks.
 
+use crate::isochronous::Streams;
 use crate::kept::Kept;
 use crate::protocol::{
     Control, ENDPOINTS, Endpoint, Interface, ProtocolError, Reader, Request, Status, Writer,
@@ -24,6 +25,8 @@ const TRANSFERS_MAX: usize = 4096;
 const OWN_IDS: u64 = 1 << 63;
 
 const IN: u8 = 0x80;
+/// bmAttributes of an endpoint.
+const ISOCHRONOUS: u8 = 1;
 const GET_DESCRIPTOR: u8 = 6;
 const DEVICE: u8 = 1;
 const CONFIGURATION: u8 = 2;
@@ -94,6 +97,7 @@ pub struct Session {
     next_id: u64,
     /// Endpoints that are polled, with the number of the next packet.
     polled: BTreeMap<u8, u64>,
+    streams: Streams,
     events: Vec<Event>,
 }
 
@@ -115,6 +119,7 @@ impl Session {
             kept: Kept::default(),
             next_id: 0,
             polled: BTreeMap::new(),
+            streams: Streams::default(),
             events: Vec::new(),
         }
     }
@@ -144,7 +149,7 @@ impl Session {
     /// Whether transfers wait for the device.
     #[must_use]
     pub fn is_busy(&self) -> bool {
-        self.bus.is_busy()
+        self.bus.is_busy() || !self.streams.is_empty()
     }
 
     /// What has happened since the last call.
@@ -167,14 +172,18 @@ impl Session {
         if self.reader.greeted() {
             self.watch(link);
         }
-        let completed = self.bus.run_until(link, until);
-        self.complete(completed);
+        while link.fx2().now() < until {
+            let completed = self.bus.run_until(link, until.min(self.streams.due()));
+            self.complete(completed);
+            self.streams.serve(link, &mut self.writer);
+        }
         Ok(())
     }
 
     /// The session ends: nothing stays on the bus, and the device sees its host go.
     pub fn close(&mut self, link: &mut impl Link) {
         self.bus.cancel_all();
+        self.streams.stop_all();
         link.fx2().usb_unplugged();
     }
 
@@ -205,9 +214,15 @@ impl Session {
                 let alternate = self.alternates.get(&interface).copied().unwrap_or(0);
                 self.writer.alternate_status(id, verdict(present), interface, alternate);
             }
-            Request::StartIso(endpoint) | Request::StopIso(endpoint) => {
-                self.writer.iso_status(id, Status::Invalid, endpoint);
+            Request::StartIso(endpoint) => {
+                let ok = self.start_stream(link.fx2().now(), endpoint);
+                self.writer.iso_status(id, verdict(ok), endpoint);
             }
+            Request::StopIso(endpoint) => {
+                self.streams.stop(endpoint);
+                self.writer.iso_status(id, Status::Success, endpoint);
+            }
+            Request::Iso(endpoint, data) => self.streams.push(endpoint, data),
             Request::StartInterrupt(endpoint) => self.start_polling(id, endpoint),
             Request::StopInterrupt(endpoint) => {
                 self.stop_polling(endpoint);
@@ -292,6 +307,19 @@ impl Session {
         };
         let job = Job::Out { number: endpoint & 0x0F, data, packet };
         self.submit(job, Reply::InterruptOut(id, endpoint));
+    }
+
+    /// Whether that is an isochronous endpoint of the present settings.
+    fn start_stream(&mut self, now: Ps, address: u8) -> bool {
+        let found = self.endpoints()[slot(address)];
+        let Some(endpoint) = found.filter(|endpoint| endpoint.kind == ISOCHRONOUS) else {
+            return false;
+        };
+        let ok = self.presence == Presence::Present;
+        if ok {
+            self.streams.start(address, endpoint, self.bus.speed(), now);
+        }
+        ok
     }
 
     fn start_polling(&mut self, id: u64, endpoint: u8) {
@@ -445,6 +473,7 @@ impl Session {
     /// Ends everything under way, with answers.
     fn drop_transfers(&mut self) {
         self.polled.clear();
+        self.streams.stop_all();
         let cancelled = self.bus.cancel_all();
         self.complete(cancelled);
         self.kept = Kept::default();
@@ -527,6 +556,7 @@ impl Session {
                 let address = (number & 0x0F | (number & 0x10) << 3) as u8;
                 self.bus.clear_toggle(address);
                 self.kept.forget(address);
+                self.streams.stop(address);
             }
         }
         self.tell_settings();

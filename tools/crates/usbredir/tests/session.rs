@@ -19,6 +19,7 @@ const CONFIGURATION_STATUS: u32 = 8;
 const SET_ALT_SETTING: u32 = 9;
 const ALT_SETTING_STATUS: u32 = 11;
 const START_ISO_STREAM: u32 = 12;
+const STOP_ISO_STREAM: u32 = 13;
 const ISO_STREAM_STATUS: u32 = 14;
 const START_INTERRUPT: u32 = 15;
 const STOP_INTERRUPT: u32 = 16;
@@ -26,6 +27,7 @@ const CANCEL: u32 = 21;
 const DISCONNECT_ACK: u32 = 24;
 const CONTROL: u32 = 100;
 const BULK: u32 = 101;
+const ISO: u32 = 102;
 
 /// A packet: type, id, body.
 type Packet = (u32, u64, Vec<u8>);
@@ -219,6 +221,61 @@ fn data_goes_both_ways_in_order() {
 }
 
 #[test]
+fn isochronous_streams_run_at_their_interval_both_ways() {
+    // EP6 isochronous IN, quad: two packets of 512 bytes and one of 3. EP2 isochronous OUT, double: what
+    // has come is copied to EP1 IN's buffer and sent from there.
+    let mut code = Vec::new();
+    for (address, value) in [
+        (0xE600, 0x10),
+        (0xE613, 0x20),
+        (0xE615, 0x20),
+        (0xE612, 0x92),
+        (0xE614, 0xD0),
+        (0xE618, 0x00),
+        (0xE61A, 0x00),
+        (0xE691, 0x80),
+        (0xE691, 0x80),
+        (0xF800, 0x11),
+        (0xE698, 0x02),
+        (0xE699, 0x00),
+        (0xF800, 0x22),
+        (0xE698, 0x02),
+        (0xE699, 0x00),
+        (0xF800, 0x33),
+        (0xE698, 0x00),
+        (0xE699, 0x03),
+    ] {
+        code.extend_from_slice(&xdata(address, value));
+    }
+    // again: MOV A,EP2468STAT; JB ACC.0,again; MOV DPTR,#EP2BUF; MOVX A,@DPTR; MOV DPTR,#EP1INBUF; MOVX
+    code.extend_from_slice(&[0xE5, 0xAA, 0x20, 0xE0, 0xFB, 0x90, 0xF0, 0x00, 0xE0]);
+    code.extend_from_slice(&[0x90, 0xE7, 0xC0, 0xF0]);
+    code.extend_from_slice(&xdata(0xE68F, 1));
+    code.extend_from_slice(&[0x80, 0xFE]);
+    let mut rig = Rig::new(Some(&code));
+    rig.pass(400 * MS);
+    rig.ask(SET_CONFIGURATION, 1, &[1]);
+    rig.ask(SET_ALT_SETTING, 2, &[0, 3]);
+    assert_eq!(rig.ask(START_ISO_STREAM, 3, &[0x88, 8, 2])[0].2, [2, 0x88], "that one is bulk");
+    let told = rig.ask(START_ISO_STREAM, 4, &[0x86, 8, 2]);
+    assert_eq!((told[0].0, &told[0].2), (ISO_STREAM_STATUS, &vec![0, 0x86]));
+    let packets = &told[1..];
+    assert!((38..=40).contains(&packets.len()), "{} packets in 5 ms of microframes", packets.len());
+    assert!(packets.iter().enumerate().all(|(n, p)| (p.0, p.1) == (ISO, n as u64)), "numbered");
+    let sizes: Vec<usize> = packets.iter().map(|p| p.2.len() - 4).take(5).collect();
+    assert_eq!(sizes, [512, 512, 3, 0, 0], "then nothing is there to send");
+    assert_eq!([packets[0].2[4], packets[1].2[4], packets[2].2[4]], [0x11, 0x22, 0x33]);
+    assert_eq!(rig.ask(STOP_ISO_STREAM, 5, &[0x86]).last().unwrap().2, [0, 0x86]);
+    assert_eq!(rig.pass(5 * MS), [], "the stream has ended");
+
+    rig.ask(START_ISO_STREAM, 6, &[0x02, 8, 2]);
+    rig.session.receive(&packet(ISO, 0, &[0x02, 0, 2, 0, 0x77, 0x78]));
+    assert_eq!(rig.pass(2 * MS), [], "isochronous packets are not acknowledged");
+    rig.ask(SET_ALT_SETTING, 7, &[0, 1]);
+    assert_eq!(rig.ask(BULK, 8, &bulk(0x81, 64, &[]))[0].2[10..], [0x77]);
+}
+
+#[test]
 fn firmware_that_leaves_the_bus_comes_back_as_a_new_device() {
     // Disconnect at once, reconnect (still as the blank device) after 200 ms of counting.
     let mut code = xdata(0xE680, 0x08).to_vec();
@@ -293,6 +350,11 @@ fn sane_session() -> Vec<Vec<u8>> {
             packet(CANCEL, id + 5, &[]),
             control(id + 6, [0x40, 0xA0, 0, 0x10, 0, 0, 64, 0], &[0x5A; 64]),
             control(id + 7, [0xC0, 0xA0, 0, 0x10, 0, 0, 64, 0], &[]),
+            packet(SET_ALT_SETTING, id + 8, &[0, 2]),
+            packet(SET_ALT_SETTING, id + 8, &[0, 3]),
+            packet(START_ISO_STREAM, id + 8, &[0x86, 8, 2]),
+            packet(START_ISO_STREAM, id + 8, &[0x02, 8, 2]),
+            packet(ISO, id + 8, &[0x02, 0, 2, 0, 0x77, 0x78]),
             packet(SET_ALT_SETTING, id + 8, &[0, 2]),
             packet(START_INTERRUPT, id + 9, &[0x81]),
             packet(STOP_INTERRUPT, id + 10, &[0x81]),
