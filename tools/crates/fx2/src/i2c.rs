@@ -104,6 +104,10 @@ impl I2c {
     pub(crate) fn service(&mut self, now: Tick, board: &mut dyn Board) -> u8 {
         let Some((due, operation)) = self.current.take_if(|(due, _)| *due <= now) else { return 0 };
         let at = tick_to_ps(due);
+        if board.i2c_clock_held(at) {
+            self.current = Some((due + self.bit(), operation));
+            return 0;
+        }
         if operation == Operation::Stop {
             board.i2c_stop(at);
             self.status &= !(STOP | START);

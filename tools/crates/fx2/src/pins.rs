@@ -64,6 +64,10 @@ pub trait Board {
     fn i2c_read(&mut self, now: Ps, acknowledge: bool) -> u8;
     /// I2C stop.
     fn i2c_stop(&mut self, now: Ps);
+    /// Whether somebody holds the clock line low: the byte under way does not end before he lets go.
+    fn i2c_clock_held(&mut self, _now: Ps) -> bool {
+        false
+    }
 
     /// Asked after each [`Board::drive`]: true = the chip's slice ends here, because others have to
     /// see the change before the chip goes on.

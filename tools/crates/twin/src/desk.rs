@@ -5,7 +5,7 @@ use fx2::Fx2;
 use fx2::host::Link;
 use sim::Ps;
 use world::physics::Pose;
-use world::{Setup, World};
+use world::{Exposure, Setup, World};
 
 use crate::cameras::Cameras;
 use crate::robot::Robot;
@@ -22,7 +22,7 @@ pub struct Desk {
     cameras: Cameras,
     next_tick: Ps,
     /// What the pixels of the last exposure were drawn for: while nothing moves, they stay.
-    drawn: Option<(Pose, [f64; 2])>,
+    drawn: Option<(Pose, [f64; 2], Exposure)>,
 }
 
 impl Desk {
@@ -49,10 +49,10 @@ impl Desk {
 
     fn see(&mut self, now: Ps) {
         let Self { robot, world, cameras, drawn, .. } = self;
-        cameras.step(now, robot, |time, left, right| {
-            let scene = (world.robot(OURS), world.ball_mm());
+        cameras.step(now, robot, |exposure, left, right| {
+            let scene = (world.robot(OURS), world.ball_mm(), Exposure { time: 0, ..*exposure });
             if *drawn != Some(scene) {
-                world.render(OURS, time, left, right);
+                world.expose(OURS, exposure, left, right);
                 *drawn = Some(scene);
             }
         });

@@ -7,5 +7,6 @@ pub mod flash;
 pub mod game;
 pub mod player;
 pub mod robot;
+pub mod sensor;
 pub mod tally;
 pub mod turret;

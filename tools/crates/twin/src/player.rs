@@ -309,9 +309,9 @@ impl Player for FirmwarePlayer {
 
     fn look(&mut self, now: Ps, world: &mut World, side: usize) {
         let exposures = &mut self.exposures;
-        let taken = self.cameras.step(now, &mut self.robot, |time, left, right| {
-            exposures.push((time, now));
-            world.render(side, time, left, right);
+        let taken = self.cameras.step(now, &mut self.robot, |exposure, left, right| {
+            exposures.push((exposure.time, now));
+            world.expose(side, exposure, left, right);
         });
         if !taken {
             return;

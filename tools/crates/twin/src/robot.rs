@@ -165,6 +165,9 @@ impl Link for Robot {
         while self.now() < t {
             let end = (self.now() + SLICE).min(t);
             self.fx2.run_until(end, &mut self.turret);
+            if self.turret.streams() {
+                self.turret.fill_fifo(&mut self.fx2);
+            }
             self.base.run_until(end, &mut self.turret);
         }
     }

@@ -16,14 +16,17 @@ use common_sys::constants::{
     TURRET_PE_ADDRESS_MASK, TURRET_RDY_DONE, TURRET_RDY_FLASH, TURRET_RDY_INIT,
 };
 use common_sys::link::REPORT_SIZE;
+use fx2::Fx2;
 use fx2::eeprom::Eeprom;
 use fx2::pins::{Board, Driven, Sensed};
+use fx2::slave::Fifo;
 use khepera::turret_bus::TurretBus;
 use sim::{Ps, US};
 use virtex::diagnostics::Diagnostics;
 use virtex::{Fpga, Frame};
 
 use crate::flash::{Flash, OUTPUT_DISABLE_PS, Pins};
+use crate::sensor::CameraBus;
 
 /// GPIFADR and FD may come so much later than CTL (CY7C68013 data sheet, GPIF timing).
 pub const ADDRESS_LATE_PS: Ps = 7_500;
@@ -92,6 +95,8 @@ pub struct Turret {
     pub fpga: Fpga,
     /// The boot EEPROM.
     pub eeprom: Eeprom,
+    /// The cameras and their multiplexer, on the EEPROM's bus.
+    pub cameras: CameraBus,
     driven: Driven,
     selects: Selects,
     pins: Pins,
@@ -100,6 +105,8 @@ pub struct Turret {
     fd_since: Ps,
     /// Whether the FX2 and the flash drove FD[7:0] after the last change.
     drivers: (bool, bool),
+    /// The FPGA has begun or ended to drive FD since the FX2's slice began.
+    stream_changed: bool,
     diagnostics: Diagnostics<Trouble>,
 }
 
@@ -116,12 +123,14 @@ impl Turret {
             flash,
             fpga: Fpga::new(now, CTL_LATE_PS),
             eeprom,
+            cameras: CameraBus::default(),
             pins: flash_pins(&driven, selects),
             cclk: true,
             driven,
             selects,
             fd_since: now,
             drivers: (false, false),
+            stream_changed: false,
             diagnostics: Diagnostics::default(),
         }
     }
@@ -130,15 +139,45 @@ impl Turret {
     /// flash and EEPROM keep what the cut left in them.
     pub fn power_cycle(&mut self, now: Ps) {
         self.flash.power_off(now);
+        let mut cameras = self.cameras.clone();
+        cameras.power_cycle();
         *self = Self::powered(self.flash.clone(), self.eeprom.clone(), now);
+        self.cameras = cameras;
     }
 
-    /// Both cameras have delivered their last row.
+    /// Both cameras have delivered their last row. False if the FPGA does not take the pair.
     ///
     /// # Panics
-    /// If an eye has not 320 * 240 pixels.
-    pub fn frame(&mut self, frame: &Frame<'_>) {
-        self.fpga.frame(frame);
+    /// See [`Fpga::frame`].
+    pub fn frame(&mut self, frame: &Frame<'_>) -> bool {
+        self.fpga.frame(frame)
+    }
+
+    /// Whether the FPGA is master of the slave FIFO, so that [`Turret::fill_fifo`] has work.
+    pub fn streams(&self) -> bool {
+        self.fpga.stream.drives()
+    }
+
+    /// The FPGA writes into the FX2's slave FIFO what it could since it did so last, up to the FX2's
+    /// time: a word at each edge of IFCLK at which there is something to send and room for it. A buffer
+    /// that the host empties has room from the next call on; the FIFO's own buffers bridge that.
+    pub fn fill_fifo(&mut self, fx2: &mut Fx2) {
+        let now = fx2.now();
+        let stream = &mut self.fpga.stream;
+        while let Some((words, from)) = stream.words(now) {
+            if from >= now {
+                break;
+            }
+            if !fx2.slave_can_write(Fifo::Ep6) {
+                stream.held_up(now);
+                break;
+            }
+            let burst = fx2.slave_write(Fifo::Ep6, words, from, now);
+            if stream.advance(burst.words, burst.next) {
+                fx2.slave_packet_end(Fifo::Ep6);
+                break;
+            }
+        }
     }
 
     /// The reports that the base has read to their end since the last call.
@@ -231,7 +270,14 @@ impl Turret {
     fn drive_spi(&mut self, now: Ps, driven: &Driven) {
         let [sck, mosi, miso] = [TURRET_PC_SPI_SCK, TURRET_PC_SPI_MOSI, TURRET_PC_SPI_MISO];
         let level = |pin: u32| port(driven, PORT_C, pin);
+        let streamed = self.fpga.streams(now);
         self.fpga.spi_pins(now, !self.selects.spi_ss, level(sck), level(mosi));
+        if self.fpga.streams(now) != streamed {
+            self.stream_changed = true;
+            if self.drivers != (false, false) {
+                self.diagnostics.note(now, Trouble::StreamContention);
+            }
+        }
         if !self.selects.spi_ss && driven.port_enable[PORT_C] >> miso & 1 != 0 {
             self.diagnostics.note(now, Trouble::MisoContention);
         }
@@ -347,20 +393,38 @@ impl Board for Turret {
         sensed
     }
 
+    /// The slice ends when streaming begins or ends, so that no word is written too early or too late.
+    fn end_slice(&mut self) -> bool {
+        std::mem::take(&mut self.stream_changed)
+    }
+
     fn i2c_start(&mut self, now: Ps, address_and_direction: u8) -> bool {
-        self.eeprom.i2c_start(now, address_and_direction)
+        let clocked = self.fpga.function(now).is_some();
+        let camera = self.cameras.i2c_start(now, address_and_direction, clocked);
+        self.eeprom.i2c_start(now, address_and_direction) || camera
     }
 
     fn i2c_write(&mut self, now: Ps, byte: u8) -> bool {
+        if self.cameras.is_addressed() {
+            return self.cameras.i2c_write(now, byte);
+        }
         self.eeprom.i2c_write(now, byte)
     }
 
     fn i2c_read(&mut self, now: Ps, acknowledge: bool) -> u8 {
+        if self.cameras.is_addressed() {
+            return self.cameras.i2c_read();
+        }
         self.eeprom.i2c_read(now, acknowledge)
     }
 
     fn i2c_stop(&mut self, now: Ps) {
+        self.cameras.i2c_stop();
         self.eeprom.i2c_stop(now);
+    }
+
+    fn i2c_clock_held(&mut self, _now: Ps) -> bool {
+        self.cameras.clock_held
     }
 }
 

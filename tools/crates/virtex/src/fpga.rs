@@ -6,20 +6,21 @@
 //! Unconfigured, or with a design that the model does not know, the FPGA is a piece of plastic: it
 //! never asks for attention and whoever reads it reads ones.
 //!
-//! Not there yet: what the streaming pins show while STREAM = 1; only that they drive is known.
+//! What the streaming pins show is a matter of [`crate::stream`].
 
-use common_sys::constants::{
-    FPGA_ID_VALUE, FPGA_REG_FRAME_COUNT, FPGA_REG_FRAME_RATE, FPGA_REG_FUNCTION, FPGA_REG_GOAL_ROW,
-    FPGA_REG_ID, FPGA_REG_OPPONENT_ROW, FPGA_REG_SEARCH_MAX, FPGA_REG_STREAM,
-    FPGA_REG_YELLOW_MARGIN, FPGA_SPI_WRITE,
+use common_sys::constants as c;
+use common_sys::link::{
+    REGISTER_READ_BYTES, REGISTER_WRITE_BYTES, REPORT_SIZE, StreamParams, register_read_encode,
+    register_write_decode, report_encode,
 };
-use common_sys::link::{REGISTER_WRITE_BYTES, REPORT_SIZE, register_write_decode, report_encode};
-use common_sys::vision::{DEFAULT_PARAMS, EyeParams, detect};
-use sim::{Clock, Ps, US};
+use common_sys::vision::{DEFAULT_PARAMS, EyeParams, HEIGHT, WIDTH, detect, halve};
+use sim::{Clock, MS, Ps, US};
 
+use crate::camera_table;
 use crate::config::ConfigPort;
 use crate::design::Function;
 use crate::part::XCV300E;
+use crate::stream::{Source, Stream, Taken};
 
 /// The clock of the design: twice the cameras' greatest pixel clock of 25 MHz. An assumption.
 pub const FPGA_CLOCK: Clock = Clock::new(50_000_000);
@@ -38,7 +39,12 @@ const REPORT_TICK: Ps = 100 * US;
 /// 16-bit words of a report on the turret bus.
 const REPORT_WORDS: usize = REPORT_SIZE / 2;
 
-const REGISTERS: usize = FPGA_REG_YELLOW_MARGIN as usize + 1;
+const REGISTERS: usize = c::FPGA_REG_COUNT as usize;
+/// Registers 0..=LAST and those of the cameras' tables exist.
+const LAST: u32 = c::FPGA_REG_TORN;
+
+/// An eye counts as alive for so long after a frame.
+const ALIVE: Ps = 250 * MS;
 
 /// A pair of frames at the moment its last row is in.
 #[derive(Clone, Copy, Debug)]
@@ -47,7 +53,7 @@ pub struct Frame<'a> {
     pub end: Ps,
     /// Middle of the exposure.
     pub mid_exposure: Ps,
-    /// The left eye: 320 * 240 RGB565 pixels, row by row.
+    /// The left eye: 320 * 240 or 640 * 480 RGB565 pixels, row by row.
     pub left: &'a [u16],
     /// The right eye.
     pub right: &'a [u16],
@@ -64,6 +70,8 @@ struct Transfer {
     wire: Option<Wire>,
     words: usize,
     received: [u8; REGISTER_WRITE_BYTES],
+    /// The answer to a register read, which takes the report's place.
+    answer: Option<[u8; REGISTER_READ_BYTES]>,
 }
 
 /// A transfer over SPI, from SS# low to SS# high.
@@ -105,6 +113,10 @@ pub struct Fpga {
     delivered: Vec<Wire>,
     deliveries: Vec<Delivery>,
     spi: Spi,
+    /// The way to USB.
+    pub stream: Stream,
+    /// When each eye's last frame ended, and whether it was torn.
+    eyes: [Option<(Ps, bool)>; 2],
 }
 
 impl Fpga {
@@ -124,6 +136,8 @@ impl Fpga {
             delivered: Vec::new(),
             deliveries: Vec::new(),
             spi: Spi { miso: true, ..Spi::default() },
+            stream: Stream::default(),
+            eyes: [None; 2],
         }
     }
 
@@ -137,40 +151,102 @@ impl Fpga {
     pub fn register(&mut self, now: Ps, address: u8) -> Option<u16> {
         self.settle(now);
         self.function?;
-        self.registers.get(usize::from(address)).copied()
+        self.read_register(now, address)
     }
 
     /// Frames per second that the design asks of the cameras; None while none runs.
     pub fn frame_rate(&mut self, now: Ps) -> Option<u16> {
-        self.register(now, FPGA_REG_FRAME_RATE as u8)
+        self.register(now, c::FPGA_REG_FRAME_RATE as u8)
     }
 
     /// Whether the streaming pins drive FD[15:0].
     pub fn streams(&mut self, now: Ps) -> bool {
-        self.register(now, FPGA_REG_STREAM as u8) == Some(1)
+        self.settle(now);
+        self.stream.drives()
     }
 
-    /// Both cameras have delivered their last row.
+    /// Whether it takes frames of 640x480.
+    pub fn takes_large(&mut self, now: Ps) -> bool {
+        self.register(now, c::FPGA_REG_FORMAT as u8) == Some(c::FPGA_FORMAT_640X480 as u16)
+    }
+
+    /// A camera's frame has ended: of eye 0 (left) or 1, with all its rows and columns or `torn`.
+    pub fn eye_ended(&mut self, now: Ps, eye: usize, torn: bool) {
+        self.eyes[eye] = Some((now, torn));
+    }
+
+    /// Both cameras have delivered their last row. False if the pair is not taken: it is of another
+    /// size than the design expects, or no design runs.
     ///
     /// # Panics
-    /// If an eye has not 320 * 240 pixels.
-    pub fn frame(&mut self, frame: &Frame<'_>) {
+    /// If the eyes have not the same number of pixels, that of one of the formats.
+    pub fn frame(&mut self, frame: &Frame<'_>) -> bool {
         self.settle(frame.end);
-        let Some(function) = self.function else { return };
-        let count = &mut self.registers[FPGA_REG_FRAME_COUNT as usize];
-        *count = count.wrapping_add(1);
-        if function != Function::Soccer {
-            return;
+        let Some(function) = self.function else { return false };
+        let large = frame.left.len() != WIDTH * HEIGHT;
+        let fits = self.takes_large(frame.end) == large;
+        if !fits || u32::from(frame.flags) & c::REPORT_FRAME_TORN != 0 {
+            self.count(c::FPGA_REG_TORN);
         }
-        let mut report = detect(frame.left, frame.right, &self.eye_params());
+        if !fits {
+            return false;
+        }
+        self.count(c::FPGA_REG_FRAME_COUNT);
+        let report = (function == Function::Soccer).then(|| self.report(frame, large));
+        if let Some(report) = report {
+            self.coming = Some(report);
+        }
+        if self.stream.drives() {
+            self.pass_on(frame, large, report);
+        }
+        true
+    }
+
+    fn count(&mut self, register: u32) {
+        let count = &mut self.registers[register as usize];
+        *count = count.wrapping_add(1);
+    }
+
+    /// What the detectors make of a pair, and when they have done so.
+    fn report(&mut self, frame: &Frame<'_>, large: bool) -> (Ps, Wire) {
+        let params = self.eye_params();
+        let mut report = if large {
+            detect(&halve(frame.left), &halve(frame.right), &params)
+        } else {
+            detect(frame.left, frame.right, &params)
+        };
         let ready = frame.end + FPGA_CLOCK.edge(REPORT_CLOCKS);
-        report.function = function.code();
+        report.function = Function::Soccer.code();
         report.sequence = self.sequence;
         report.flags |= frame.flags;
         report.exposure_time = self.exposure_time(frame.mid_exposure);
         report.delay = ((ready - frame.end) / REPORT_TICK).min(255) as u8;
         self.sequence = self.sequence.wrapping_add(1);
-        self.coming = Some((ready, report_encode(&report)));
+        (ready, report_encode(&report))
+    }
+
+    /// The pair goes to the stream.
+    fn pass_on(&mut self, frame: &Frame<'_>, large: bool, report: Option<(Ps, Wire)>) {
+        let params = self.eye_params();
+        let torn = u32::from(frame.flags) & c::REPORT_FRAME_TORN != 0;
+        let flags = if torn { c::STREAM_FLAG_TORN } else { 0 }
+            | if report.is_some() { c::STREAM_FLAG_REPORT } else { 0 };
+        let (width, height) = size(large);
+        self.stream.take(&Taken {
+            ready: report.map_or(frame.end, |(ready, _)| ready),
+            exposure: frame.mid_exposure.saturating_sub(self.started),
+            width,
+            height,
+            flags: flags as u8,
+            params: StreamParams {
+                goal_row: params.goal_row,
+                opponent_row: params.opponent_row,
+                search_max: params.search_max,
+                yellow_margin: params.yellow_margin,
+            },
+            report: report.map_or([0; REPORT_SIZE], |(_, wire)| wire),
+            pixels: [frame.left, frame.right],
+        });
     }
 
     /// Level of the attention line: low from when a report is ready until it has been read.
@@ -192,17 +268,24 @@ impl Fpga {
             return;
         }
         let wire = self.ready;
-        self.transfer = selected.then_some(Transfer { wire, words: 0, received: [0; _] });
+        self.transfer =
+            selected.then_some(Transfer { wire, words: 0, received: [0; _], answer: None });
     }
 
     /// The base sends `word` of `bits` bits and gets the same number back, right-aligned. A report
     /// comes in 16 words of 16 bits after select; beyond it, in other sizes, without a report or
-    /// without select come ones.
+    /// without select come ones. If the first word reads a register, the answer comes instead.
     pub fn exchange(&mut self, now: Ps, word: u16, bits: u8) -> u16 {
         self.settle(now);
         let ones = u16::MAX >> (16 - u32::from(bits.clamp(1, 16)));
+        if self.transfer.is_none() || self.function.is_none() || bits != 16 {
+            return ones;
+        }
+        if let Some(word) = self.read_by_base(now, word) {
+            return word;
+        }
         let Some(transfer) = &mut self.transfer else { return ones };
-        if self.function.is_none() || bits != 16 || transfer.words >= REPORT_WORDS {
+        if transfer.words >= REPORT_WORDS {
             return ones;
         }
         let at = 2 * transfer.words;
@@ -214,7 +297,10 @@ impl Fpga {
         let wire = transfer.wire;
         let last = transfer.words == REPORT_WORDS;
         if let Some((address, value)) = received.and_then(|bytes| register_write_decode(&bytes)) {
-            self.write_register(address, value);
+            // The way to the FX2 is the FX2's.
+            if u32::from(address) != c::FPGA_REG_STREAM {
+                self.write_register(now, address, value);
+            }
         }
         if last {
             if wire.is_some() {
@@ -227,6 +313,26 @@ impl Fpga {
             }
         }
         wire.map_or(ones, |wire| u16::from_be_bytes([wire[at], wire[at + 1]]))
+    }
+
+    /// A transfer that reads a register: what its words after the first get.
+    fn read_by_base(&mut self, now: Ps, word: u16) -> Option<u16> {
+        let first = self.transfer.as_ref()?.words == 0;
+        let reads = u32::from(word) & (c::REGISTER_WORD_READ | c::REGISTER_WORD_WRITE)
+            == c::REGISTER_WORD_READ;
+        if first && reads {
+            let address = (word & 0x7F) as u8;
+            let value = self.read_register(now, address).unwrap_or(u16::MAX);
+            let transfer = self.transfer.as_mut()?;
+            transfer.answer = Some(register_read_encode(address, value));
+            transfer.words = 1;
+            return Some(u16::MAX);
+        }
+        let transfer = self.transfer.as_mut()?;
+        let answer = transfer.answer?;
+        let at = 2 * transfer.words;
+        transfer.words = (transfer.words + 1).min(REGISTER_READ_BYTES);
+        Some(answer.get(at..at + 2).map_or(u16::MAX, |b| u16::from_be_bytes([b[0], b[1]])))
     }
 
     /// The reports that the base has read to their end since the last call.
@@ -253,7 +359,7 @@ impl Fpga {
             return;
         }
         match (self.spi.sck, sck) {
-            (false, true) => self.spi_sample(mosi),
+            (false, true) => self.spi_sample(now, mosi),
             (true, false) => {
                 // The value follows the address byte, most significant bit first.
                 self.spi.miso = match self.spi.bits {
@@ -271,32 +377,64 @@ impl Fpga {
         self.spi.miso
     }
 
-    fn spi_sample(&mut self, mosi: bool) {
+    fn spi_sample(&mut self, now: Ps, mosi: bool) {
         self.spi.shift_in = self.spi.shift_in << 1 | u32::from(mosi);
         self.spi.bits = (self.spi.bits + 1).min(25);
-        let write = |byte: u32| byte & FPGA_SPI_WRITE != 0;
+        let write = |byte: u32| byte & c::FPGA_SPI_WRITE != 0;
         match self.spi.bits {
             8 if !write(self.spi.shift_in) => {
-                let address = self.spi.shift_in as usize & 0x7F;
-                self.spi.value = self.registers.get(address).copied().unwrap_or(0xFFFF);
+                let address = (self.spi.shift_in & 0x7F) as u8;
+                self.spi.value = self.read_register(now, address).unwrap_or(0xFFFF);
             }
             8 => self.spi.value = 0xFFFF,
             24 if write(self.spi.shift_in >> 16) => {
                 let address = (self.spi.shift_in >> 16 & 0x7F) as u8;
-                self.write_register(address, self.spi.shift_in as u16);
+                self.write_register(now, address, self.spi.shift_in as u16);
             }
             _ => {}
         }
     }
 
+    fn read_register(&self, now: Ps, address: u8) -> Option<u16> {
+        let [session, sent, lost] = self.stream.counts();
+        Some(match u32::from(address) {
+            c::FPGA_REG_STREAM => self.stream.state(),
+            c::FPGA_REG_SESSION => session,
+            c::FPGA_REG_SENT => sent,
+            c::FPGA_REG_LOST => lost,
+            c::FPGA_REG_EYES => self.eyes_register(now),
+            0..=LAST | c::FPGA_REG_CAMERA_TABLE..c::FPGA_REG_COUNT => {
+                self.registers[usize::from(address)]
+            }
+            _ => return None,
+        })
+    }
+
+    fn eyes_register(&self, now: Ps) -> u16 {
+        let bits = |eye: Option<(Ps, bool)>| {
+            let (alive, torn) = eye.map_or((false, false), |(end, torn)| (now - end < ALIVE, torn));
+            let alive = if alive { c::FPGA_EYES_ALIVE } else { 0 };
+            alive | if torn { c::FPGA_EYES_TORN } else { 0 }
+        };
+        (bits(self.eyes[0]) | bits(self.eyes[1]) << c::FPGA_EYES_RIGHT_SHIFT) as u16
+    }
+
     /// Writes to read-only and missing registers, and of values out of range, change nothing.
-    fn write_register(&mut self, address: u8, value: u16) {
+    fn write_register(&mut self, now: Ps, address: u8, value: u16) {
         let range = match u32::from(address) {
-            FPGA_REG_STREAM => 0..=1,
-            FPGA_REG_GOAL_ROW | FPGA_REG_OPPONENT_ROW => 4..=235,
-            FPGA_REG_SEARCH_MAX => 16..=127,
-            FPGA_REG_FRAME_RATE => 1..=40,
-            FPGA_REG_YELLOW_MARGIN => 0..=255,
+            c::FPGA_REG_STREAM => {
+                let source = self.source();
+                return self.stream.control(now, value, source);
+            }
+            c::FPGA_REG_GOAL_ROW | c::FPGA_REG_OPPONENT_ROW => 4..=235,
+            c::FPGA_REG_SEARCH_MAX => 16..=127,
+            c::FPGA_REG_FRAME_RATE => 1..=40,
+            c::FPGA_REG_FORMAT => 0..=c::FPGA_FORMAT_640X480 as u16,
+            c::FPGA_REG_SOURCE if self.function == Some(Function::Capture) => {
+                0..=c::FPGA_SOURCE_PATTERN as u16
+            }
+            c::FPGA_REG_YELLOW_MARGIN => 0..=255,
+            c::FPGA_REG_CAMERA_TABLE..c::FPGA_REG_COUNT => 0..=u16::MAX,
             _ => return,
         };
         if range.contains(&value) {
@@ -304,14 +442,24 @@ impl Fpga {
         }
     }
 
+    /// What the registers want streamed.
+    fn source(&self) -> Source {
+        if u32::from(self.registers[c::FPGA_REG_SOURCE as usize]) != c::FPGA_SOURCE_PATTERN {
+            return Source::Cameras;
+        }
+        let format = u32::from(self.registers[c::FPGA_REG_FORMAT as usize]);
+        let (width, height) = size(format == c::FPGA_FORMAT_640X480);
+        Source::Pattern { width, height }
+    }
+
     fn eye_params(&self) -> EyeParams {
         // The ranges of the registers are those of a byte.
         let byte = |address: u32| self.registers[address as usize] as u8;
         EyeParams {
-            goal_row: byte(FPGA_REG_GOAL_ROW),
-            opponent_row: byte(FPGA_REG_OPPONENT_ROW),
-            search_max: byte(FPGA_REG_SEARCH_MAX),
-            yellow_margin: byte(FPGA_REG_YELLOW_MARGIN),
+            goal_row: byte(c::FPGA_REG_GOAL_ROW),
+            opponent_row: byte(c::FPGA_REG_OPPONENT_ROW),
+            search_max: byte(c::FPGA_REG_SEARCH_MAX),
+            yellow_margin: byte(c::FPGA_REG_YELLOW_MARGIN),
         }
     }
 
@@ -343,19 +491,37 @@ impl Fpga {
         self.ready = None;
         self.transfer = None;
         self.spi = Spi { miso: true, ..Spi::default() };
+        self.stream = Stream::default();
+        self.eyes = [None; 2];
     }
 }
 
 fn reset_registers(function: Option<Function>) -> [u16; REGISTERS] {
     let mut registers = [0; REGISTERS];
-    registers[FPGA_REG_ID as usize] = FPGA_ID_VALUE as u16;
-    registers[FPGA_REG_FUNCTION as usize] = function.map_or(0, |f| u16::from(f.code()));
-    registers[FPGA_REG_GOAL_ROW as usize] = u16::from(DEFAULT_PARAMS.goal_row);
-    registers[FPGA_REG_OPPONENT_ROW as usize] = u16::from(DEFAULT_PARAMS.opponent_row);
-    registers[FPGA_REG_SEARCH_MAX as usize] = u16::from(DEFAULT_PARAMS.search_max);
-    registers[FPGA_REG_FRAME_RATE as usize] = 40;
-    registers[FPGA_REG_YELLOW_MARGIN as usize] = u16::from(DEFAULT_PARAMS.yellow_margin);
+    for (address, value) in [
+        (c::FPGA_REG_ID, c::FPGA_ID_VALUE as u16),
+        (c::FPGA_REG_FUNCTION, function.map_or(0, |f| u16::from(f.code()))),
+        (c::FPGA_REG_GOAL_ROW, u16::from(DEFAULT_PARAMS.goal_row)),
+        (c::FPGA_REG_OPPONENT_ROW, u16::from(DEFAULT_PARAMS.opponent_row)),
+        (c::FPGA_REG_SEARCH_MAX, u16::from(DEFAULT_PARAMS.search_max)),
+        (c::FPGA_REG_FRAME_RATE, 40),
+        (c::FPGA_REG_YELLOW_MARGIN, u16::from(DEFAULT_PARAMS.yellow_margin)),
+    ] {
+        registers[address as usize] = value;
+    }
+    let tables = &mut registers[c::FPGA_REG_CAMERA_TABLE as usize..];
+    let places = tables.chunks_exact_mut(c::FPGA_CAMERA_TABLE_ENTRIES as usize);
+    for (place, table) in places.zip(camera_table::ALL) {
+        place.fill(c::FPGA_CAMERA_TABLE_END as u16);
+        place[..table.len()].copy_from_slice(table);
+    }
     registers
+}
+
+/// Pixels of a row, and rows.
+fn size(large: bool) -> (u16, u16) {
+    let scale = if large { 2 } else { 1 };
+    (scale * WIDTH as u16, scale * HEIGHT as u16)
 }
 
 #[cfg(test)]
@@ -363,10 +529,13 @@ mod tests {
     use super::*;
     use crate::bitstream::{Options, make, make_partial};
     use crate::config::POWER_ON_PS;
-    use common_sys::constants::{REPORT_BALL, REPORT_FRAME_TORN};
+    use common_sys::constants::{
+        FPGA_ID_VALUE, FPGA_REG_FRAME_COUNT, FPGA_REG_FRAME_RATE, FPGA_REG_FUNCTION, FPGA_REG_ID,
+        FPGA_REG_SEARCH_MAX, FPGA_REG_STREAM, REPORT_BALL, REPORT_FRAME_TORN,
+    };
     use common_sys::link::{Report, register_write_encode, report_decode};
-    use common_sys::vision::{HEIGHT, WIDTH, rgb565};
-    use sim::{MS, NS};
+    use common_sys::vision::rgb565;
+    use sim::NS;
 
     const GREEN: u16 = rgb565(40, 120, 40);
     const YELLOW: u16 = rgb565(230, 220, 40);

@@ -1,6 +1,7 @@
 //! The XCV300E: configuration port, register file, and the vision model.
 
 pub mod bitstream;
+mod camera_table;
 pub mod config;
 pub mod design;
 pub mod diagnostics;
@@ -10,5 +11,6 @@ pub mod logic;
 pub mod packet;
 pub mod part;
 pub mod store;
+pub mod stream;
 
 pub use fpga::{Fpga, Frame};

@@ -34,6 +34,8 @@ pub struct Camera {
     pub at: [f32; 3],
     /// Directions of the optical axis, of the picture's x and of its y.
     axes: [[f32; 3]; 3],
+    /// Where the optical axis meets the picture, px.
+    pub centre_px: [f32; 2],
 }
 
 impl Camera {
@@ -70,13 +72,22 @@ impl Camera {
                 vector([sin, -cos, 0.0]),
                 vector([-cos * tilt_sin, -sin * tilt_sin, -tilt_cos]),
             ],
+            centre_px: [(WIDTH - 1) as f32 / 2.0, (HEIGHT - 1) as f32 / 2.0],
         }
+    }
+
+    /// The camera whose pixel (x, y) is pixel (2 x + column, 2 y + row) of this one at twice the
+    /// resolution: four of them make a large picture.
+    pub fn quarter(self, column: usize, row: usize) -> Self {
+        let [x, y] = self.centre_px;
+        let moved = |centre: f32, place: usize| centre + 0.25 - place as f32 / 2.0;
+        Self { centre_px: [moved(x, column), moved(y, row)], ..self }
     }
 
     /// The ray through a point of the picture; its length along the optical axis is 1.
     pub fn ray(&self, x_px: f32, y_px: f32) -> [f32; 3] {
-        let u = (x_px - (WIDTH - 1) as f32 / 2.0) / FOCAL_PX as f32;
-        let v = (y_px - (HEIGHT - 1) as f32 / 2.0) / FOCAL_PX as f32;
+        let u = (x_px - self.centre_px[0]) / FOCAL_PX as f32;
+        let v = (y_px - self.centre_px[1]) / FOCAL_PX as f32;
         let [axis, right, down] = self.axes;
         [0, 1, 2].map(|i| axis[i] + u * right[i] + v * down[i])
     }
@@ -95,10 +106,6 @@ impl Camera {
             return None;
         }
         let scale = FOCAL_PX as f32 / depth;
-        Some([
-            (WIDTH - 1) as f32 / 2.0 + right * scale,
-            (HEIGHT - 1) as f32 / 2.0 + down * scale,
-            depth,
-        ])
+        Some([self.centre_px[0] + right * scale, self.centre_px[1] + down * scale, depth])
     }
 }

@@ -67,6 +67,34 @@ pub struct Setup {
     pub materials: Materials,
 }
 
+/// How a pair of frames is taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exposure {
+    /// What the report of this pair will bear, by which a picture finds the moment again.
+    pub time: u16,
+    /// 640x480 instead of 320x240.
+    pub large: bool,
+    /// What the sensors make of the light, left and right eye, red, green and blue: 1 as it is.
+    pub light: [[f32; 3]; 2],
+}
+
+impl Exposure {
+    /// At 320x240, with the light as it is.
+    pub fn plain(time: u16) -> Self {
+        Self { time, large: false, light: [[1.0; 3]; 2] }
+    }
+
+    /// Pixels of a row.
+    pub fn width(&self) -> usize {
+        if self.large { 2 * WIDTH } else { WIDTH }
+    }
+
+    /// Rows of a frame.
+    pub fn height(&self) -> usize {
+        if self.large { 2 * HEIGHT } else { HEIGHT }
+    }
+}
+
 /// Where things have been, for the picture.
 #[derive(Clone, Debug, Default)]
 pub struct Tracks {
@@ -331,41 +359,71 @@ impl World {
         }
     }
 
-    /// What a robot's eyes see now: `WIDTH` * `HEIGHT` RGB565 pixels each, row by row. The report of this
-    /// pair will bear `exposure_time`, by which a picture finds the moment again.
+    /// What a robot's eyes see now: RGB565 pixels, row by row, as many as the exposure says.
     ///
     /// # Panics
     /// If a buffer has another length.
-    pub fn render(
+    pub fn expose(
         &mut self,
         robot: usize,
-        exposure_time: u16,
+        exposure: &Exposure,
         left: &mut [u16],
         right: &mut [u16],
     ) {
-        let moment = self.now(exposure_time);
+        let moment = self.now(exposure.time);
         let seen = &mut self.seen[robot];
         if seen.len() == SEEN {
             seen.remove(0);
         }
         seen.push(moment);
+        let (width, height) = (exposure.width(), exposure.height());
         for (eye, pixels) in [(Eye::Left, left), (Eye::Right, right)] {
-            assert_eq!(pixels.len(), WIDTH * HEIGHT, "a frame has {WIDTH}x{HEIGHT} pixels");
+            assert_eq!(pixels.len(), width * height, "a frame has {width}x{height} pixels");
             if self.setup.eyes == Eyes::Black {
                 pixels.fill(0);
                 continue;
             }
+            let light = exposure.light[eye as usize];
             let camera = Camera::of_robot(moment.robots[robot], eye);
-            render::render(&camera, &self.scene(&moment, robot), &mut self.frame);
-            if let Some(sensors) = &mut self.sensors[robot] {
-                sensors.expose(eye, &mut self.frame);
+            if !exposure.large {
+                self.shoot(&camera, &moment, robot, eye, light);
+                for (pixel, colour) in pixels.iter_mut().zip(&self.frame) {
+                    *pixel = to_pixel(*colour);
+                }
+                continue;
             }
-            for (pixel, colour) in pixels.iter_mut().zip(&self.frame) {
-                let [r, g, b] = colour.map(to_byte);
-                *pixel = rgb565(r, g, b);
+            for (column, row) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                self.shoot(&camera.quarter(column, row), &moment, robot, eye, light);
+                let rows = pixels.chunks_exact_mut(2 * WIDTH).skip(row).step_by(2);
+                for (row, colours) in rows.zip(self.frame.chunks_exact(WIDTH)) {
+                    let places = row.iter_mut().skip(column).step_by(2);
+                    for (pixel, colour) in places.zip(colours) {
+                        *pixel = to_pixel(*colour);
+                    }
+                }
             }
         }
     }
+
+    /// One eye's frame of 320x240, to `self.frame`.
+    fn shoot(&mut self, camera: &Camera, moment: &Moment, robot: usize, eye: Eye, light: [f32; 3]) {
+        render::render(camera, &self.scene(moment, robot), &mut self.frame);
+        if light != [1.0; 3] {
+            for colour in &mut self.frame {
+                for (channel, factor) in colour.iter_mut().zip(light) {
+                    *channel *= factor;
+                }
+            }
+        }
+        if let Some(sensors) = &mut self.sensors[robot] {
+            sensors.expose(eye, &mut self.frame);
+        }
+    }
+}
+
+fn to_pixel(colour: shade::Rgb) -> u16 {
+    let [r, g, b] = colour.map(to_byte);
+    rgb565(r, g, b)
 }
 
 /// A channel 0..1 as the sensor's eight bits.

@@ -333,8 +333,8 @@ impl<'a> View<'a> {
             let high = ((pixel(1.0) + 2.0).max(0.0) as usize).min(most);
             low..high
         };
-        let middle = |size: usize| (size - 1) as f32 / 2.0;
-        [range(right, middle(WIDTH), WIDTH), range(down, middle(HEIGHT), HEIGHT)]
+        let [centre_x, centre_y] = self.camera.centre_px;
+        [range(right, centre_x, WIDTH), range(down, centre_y, HEIGHT)]
     }
 
     /// Bounds of a robot: of the spheres around the lowest and the highest point of its axis.
