@@ -1,7 +1,7 @@
 /* What PC and FX2 know of the cameras: OV7670 class, RGB565 parallel, registers over I2C.
  *
- * Register numbers and bits are those of the OV7670's data sheet (version 1.4). docs/SPEC.md section
- * 8 says how each setting is made of them. */
+ * Register numbers and bits are those of the OV7670's data sheet (version 1.4). docs/SPEC.md
+ * section 8 says how each setting is made of them. */
 #ifndef LINK_CAMERA_H
 #define LINK_CAMERA_H
 
@@ -39,7 +39,8 @@
 /* Number of the test pattern, from the two CAMERA_TEST_BITs. */
 #define CAMERA_PATTERN_NONE 0u
 #define CAMERA_PATTERN_ONES 1u /* a single one that wanders through the bits */
-#define CAMERA_PATTERN_BARS 2u /* eight bars: white, yellow, cyan, green, magenta, red, blue, black */
+#define CAMERA_PATTERN_BARS                                                                        \
+    2u /* eight bars: white, yellow, cyan, green, magenta, red, blue, black */
 #define CAMERA_PATTERN_FADE 3u /* the bars, fading to grey downwards */
 
 /* How a camera is: the outcome of its set-up, or of the last access to it. */

@@ -41,8 +41,9 @@
 
 /* FPGA_REG_SOURCE */
 #define FPGA_SOURCE_CAMERAS 0u
-#define FPGA_SOURCE_PATTERN 1u /* link/stream.h, as fast as USB takes it; function `capture` only  \
-                                */
+#define FPGA_SOURCE_PATTERN                                                                        \
+    1u /* link/stream.h, as fast as USB takes it; function `capture` only                          \
+        */
 
 /* FPGA_REG_EYES: bits for the left eye; for the right one shifted up by FPGA_EYES_RIGHT_SHIFT. */
 #define FPGA_EYES_ALIVE       0x01u /* a frame has ended within the last 250 ms */

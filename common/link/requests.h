@@ -169,7 +169,7 @@ int store_status_decode(const uint8_t wire[STORE_STATUS_SIZE], store_status_t *s
  * IN: 2 bytes, the value; FFFF where there is no register, or no design in the FPGA.
  * OUT without data: wValue = value. FPGA_REG_STREAM only while the alternate setting for streams is
  * chosen. Refused while the flash is in use. */
-#define REQUEST_FPGA_REGISTER 0xC0u
+#define REQUEST_FPGA_REGISTER   0xC0u
 /* One register of a camera. wIndex = eye << 8 | register, eye 0 left, 1 right.
  * IN: 1 byte. OUT without data: wValue = value, 00..FF. Refused (STALL) when the camera does not
  * answer: REQUEST_CAMERAS says why. */

@@ -37,11 +37,11 @@
 
 /* From the middle of an exposure to the end of the frame's read-out, of both cameras: below the
  * frame period of 25 ms. An assumption until the cameras are measured. */
-#define CAMERA_EXPOSURE_TO_END_US 20000L
+#define CAMERA_EXPOSURE_TO_END_US       20000L
 /* The same at 640x480, below the frame period of 33 ms. */
 #define CAMERA_EXPOSURE_TO_END_LARGE_US 28000L
 /* Most frames a second at 640x480. */
-#define CAMERA_LARGE_FRAME_RATE_MAX 30
+#define CAMERA_LARGE_FRAME_RATE_MAX     30
 
 /* Things on the pitch whose size the detectors rely on. */
 #define BALL_DIAMETER_MM   67

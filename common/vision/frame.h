@@ -17,9 +17,9 @@ typedef struct {
     const uint16_t *pixels[EYE_COUNT];
 } frame_pair_t;
 
-/* The eyes see CAMERA_WIDTH_PX x CAMERA_HEIGHT_PX. When the cameras give twice that each way, two of
- * their rows make one of the eye's: each pixel the mean of four, channel by channel, rounded half
- * up. `upper` and `lower` have 2 * CAMERA_WIDTH_PX RGB565 pixels, `row` takes CAMERA_WIDTH_PX.
+/* The eyes see CAMERA_WIDTH_PX x CAMERA_HEIGHT_PX. When the cameras give twice that each way, two
+ * of their rows make one of the eye's: each pixel the mean of four, channel by channel, rounded
+ * half up. `upper` and `lower` have 2 * CAMERA_WIDTH_PX RGB565 pixels, `row` takes CAMERA_WIDTH_PX.
  *
  * What the hardware would hold: one row of 320 sums of two pixels, three channels each. */
 void frame_halve_rows(const uint16_t *upper, const uint16_t *lower, uint16_t *row);

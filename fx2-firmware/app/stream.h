@@ -1,7 +1,7 @@
 /* Streaming from the FPGA to USB, endpoint 86 of alternate setting 3.
  *
- * Start, stop, format and source are registers of the FPGA (link/registers.h), which the host writes
- * with REQUEST_FPGA_REGISTER; this only gives the FPGA the way and takes it back. */
+ * Start, stop, format and source are registers of the FPGA (link/registers.h), which the host
+ * writes with REQUEST_FPGA_REGISTER; this only gives the FPGA the way and takes it back. */
 #ifndef APP_STREAM_H
 #define APP_STREAM_H
 

@@ -36,8 +36,8 @@
 #define TURRET_PC_SPI_MISO 2
 
 /* I2C: the boot EEPROM (two address bytes, 24LC128 class). 7-bit address. */
-#define TURRET_EEPROM_ADDRESS 0x51
-#define TURRET_EEPROM_SIZE    16384u
+#define TURRET_EEPROM_ADDRESS     0x51
+#define TURRET_EEPROM_SIZE        16384u
 /* The cameras: OV7670 class, all at one address, behind a PCA9540B. 7-bit addresses. A channel is
  * chosen by writing its number to the multiplexer; 0 chooses none. */
 #define TURRET_CAMERA_MUX_ADDRESS 0x70

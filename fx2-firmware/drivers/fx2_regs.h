@@ -76,26 +76,26 @@ __sbit __at(0xAF) EA;
 #define FIFORESET_NAKALL  0x80u
 
 /* ---- Endpoints ---- */
-#define EP1OUTCFG     XREG(0xE610)
-#define EP1INCFG      XREG(0xE611)
-#define EP2CFG        XREG(0xE612)
-#define EP4CFG        XREG(0xE613)
-#define EP6CFG        XREG(0xE614)
-#define EP8CFG        XREG(0xE615)
-#define EPCFG_INVALID 0x20u /* type bulk, but VALID = 0 */
-#define EPCFG_VALID   0x80u
-#define EPCFG_IN      0x40u
-#define EPCFG_BULK    0x20u
-#define EPCFG_QUAD    0x00u
-#define EPCFG_DOUBLE  0x02u
-#define EP2FIFOCFG    XREG(0xE618)
-#define EP4FIFOCFG    XREG(0xE619)
-#define EP6FIFOCFG    XREG(0xE61A)
-#define EP8FIFOCFG    XREG(0xE61B)
+#define EP1OUTCFG        XREG(0xE610)
+#define EP1INCFG         XREG(0xE611)
+#define EP2CFG           XREG(0xE612)
+#define EP4CFG           XREG(0xE613)
+#define EP6CFG           XREG(0xE614)
+#define EP8CFG           XREG(0xE615)
+#define EPCFG_INVALID    0x20u /* type bulk, but VALID = 0 */
+#define EPCFG_VALID      0x80u
+#define EPCFG_IN         0x40u
+#define EPCFG_BULK       0x20u
+#define EPCFG_QUAD       0x00u
+#define EPCFG_DOUBLE     0x02u
+#define EP2FIFOCFG       XREG(0xE618)
+#define EP4FIFOCFG       XREG(0xE619)
+#define EP6FIFOCFG       XREG(0xE61A)
+#define EP8FIFOCFG       XREG(0xE61B)
 #define FIFOCFG_AUTOIN   0x08u
 #define FIFOCFG_WORDWIDE 0x01u
-#define EP6AUTOINLENH XREG(0xE624)
-#define EP6AUTOINLENL XREG(0xE625)
+#define EP6AUTOINLENH    XREG(0xE624)
+#define EP6AUTOINLENL    XREG(0xE625)
 
 /* ---- USB ---- */
 #define EPIE           XREG(0xE65E)

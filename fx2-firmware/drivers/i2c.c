@@ -56,9 +56,9 @@ uint8_t i2c_read(uint8_t address)
     uint8_t error = begin((uint8_t)(address << 1 | 1u));
 
     if (!error) {
-        I2CS = I2CS_LASTRD;     /* the byte that the fetch starts is the last: */
-        i2c_bytes[0] = I2DAT;   /* nothing yet */
-        error = await_done();   /* which we do not acknowledge ourselves */
+        I2CS = I2CS_LASTRD;   /* the byte that the fetch starts is the last: */
+        i2c_bytes[0] = I2DAT; /* nothing yet */
+        error = await_done(); /* which we do not acknowledge ourselves */
         if (error == I2C_NO_ACK)
             error = I2C_OK;
     }

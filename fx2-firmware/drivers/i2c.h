@@ -1,12 +1,12 @@
 /* The FX2's I2C master (TRM chapter 13): whole transfers, 400 kHz.
  *
  * On the bus are the boot EEPROM, the cameras' multiplexer and the cameras. A write and the read
- * that belongs to it are two transfers with a stop between them: cameras know no repeated start, and
- * an EEPROM does not need it. Longer reads are made of single ones, which an EEPROM continues where
- * it was: slower, but it saves a fifth of this driver.
+ * that belongs to it are two transfers with a stop between them: cameras know no repeated start,
+ * and an EEPROM does not need it. Longer reads are made of single ones, which an EEPROM continues
+ * where it was: slower, but it saves a fifth of this driver.
  *
- * A byte takes 25 us; whoever holds the clock for ten times as long is given up. Nothing here may be
- * called from an interrupt. */
+ * A byte takes 25 us; whoever holds the clock for ten times as long is given up. Nothing here may
+ * be called from an interrupt. */
 #ifndef DRIVERS_I2C_H
 #define DRIVERS_I2C_H
 

@@ -3,9 +3,9 @@
 #include "drivers/fx2_regs.h"
 #include "drivers/usb.h"
 
-/* The slave FIFO's flag comes 9.5 ns after IFCLK and SLWR wants 10.4 ns before it (data sheet of the
- * CY7C68013, slave FIFO synchronous): at 48 MHz 1 ns would be left, at 30 MHz 13 ns. 60 MB/s are
- * more than USB carries. */
+/* The slave FIFO's flag comes 9.5 ns after IFCLK and SLWR wants 10.4 ns before it (data sheet of
+ * the CY7C68013, slave FIFO synchronous): at 48 MHz 1 ns would be left, at 30 MHz 13 ns. 60 MB/s
+ * are more than USB carries. */
 static const CODE register_value_t open_table[] = {
     {XREG_ADDRESS(IFCONFIG), IFCONFIG_INTERNAL | IFCONFIG_OUTPUT | IFCONFIG_SLAVE},
     {XREG_ADDRESS(FIFORESET), FIFORESET_NAKALL},

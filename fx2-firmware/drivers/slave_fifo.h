@@ -6,7 +6,8 @@
 #ifndef DRIVERS_SLAVE_FIFO_H
 #define DRIVERS_SLAVE_FIFO_H
 
-/* Open it, empty, with packets as long as the bus's speed has them. The FPGA's streaming pins float.
+/* Open it, empty, with packets as long as the bus's speed has them. The FPGA's streaming pins
+ * float.
  */
 void slave_fifo_open(void);
 

@@ -1,9 +1,9 @@
 /* SPI to the FPGA's register file (link/registers.h), by software: port C's address pins of the
  * flash are its wires while the flash is not selected.
  *
- * The caller makes sure that no configuration is under way. A transfer takes 50 us. Without a design
- * in the FPGA every register reads FFFF and a write does nothing. Nothing here may be called from an
- * interrupt. */
+ * The caller makes sure that no configuration is under way. A transfer takes 50 us. Without a
+ * design in the FPGA every register reads FFFF and a write does nothing. Nothing here may be called
+ * from an interrupt. */
 #ifndef DRIVERS_SPI_H
 #define DRIVERS_SPI_H
 
