@@ -54,8 +54,8 @@ typedef struct {
     uint16_t width_px;    /* 0 in the end record */
     uint16_t height_px;   /* 0 in the end record */
     uint32_t number;      /* of the pair in this stream; end record: how many there were */
-    uint32_t sent;        /* pairs sent whole before this one; end record: all */
-    uint32_t lost;        /* pairs lost before this one; end record: all */
+    uint32_t sent;        /* pairs of lower numbers that are sent whole; end record: all */
+    uint32_t lost;        /* pairs of lower numbers that are lost; end record: all */
     uint32_t exposure_us; /* middle of the exposure since configuration, wraps after 71 min */
     uint16_t session;     /* FPGA_REG_SESSION: tells this stream from those before */
     stream_params_t params;

@@ -130,6 +130,10 @@ static void choose_alternate(uint8_t setting)
         usb_bulk_open();
     else
         usb_bulk_close();
+    if (setting == USB_ALTERNATE_STREAM) {
+        usb_bulk_halt(USB_BULK_IN, 0);
+        stream_open();
+    }
 }
 
 static void configure_device(uint8_t value)
@@ -159,7 +163,7 @@ static uint8_t get_interface(void)
 /* The endpoints' buffers serve the FPGA's configuration first. */
 static uint8_t set_interface(void)
 {
-    if (usb_setup.value > USB_ALTERNATE_SOURCE_SINK || configure_busy())
+    if (usb_setup.value > USB_ALTERNATE_STREAM || usb_setup.value == 2 || configure_busy())
         return 0;
     choose_alternate((uint8_t)usb_setup.value);
     return acknowledge();

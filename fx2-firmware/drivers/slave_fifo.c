@@ -12,9 +12,11 @@ static const CODE register_value_t open_table[] = {
     {XREG_ADDRESS(FIFORESET), FIFORESET_NAKALL | 6},
     {XREG_ADDRESS(FIFORESET), 0},
     {XREG_ADDRESS(EP6FIFOCFG), FIFOCFG_AUTOIN | FIFOCFG_WORDWIDE},
+    {XREG_ADDRESS(EPIE), EPIRQ_EP0IN}, /* packets that are sent shall not wake the CPU */
 };
 
 static const CODE register_value_t close_table[] = {
+    {XREG_ADDRESS(EPIE), EPIRQ_EP0IN | EPIRQ_EP2 | EPIRQ_EP6},
     {XREG_ADDRESS(EP6FIFOCFG), 0},
     {XREG_ADDRESS(FIFORESET), FIFORESET_NAKALL},
     {XREG_ADDRESS(FIFORESET), FIFORESET_NAKALL | 6},

@@ -312,6 +312,36 @@ impl Host {
         Ok(packet)
     }
 
+    /// One IN token to bulk or interrupt endpoint `number`: its packet, or None if it has none now
+    /// (NAK).
+    ///
+    /// # Errors
+    /// If the endpoint stalls, does not exist, or its toggle is wrong.
+    pub fn try_bulk_in(
+        &mut self,
+        link: &mut impl Link,
+        number: u8,
+    ) -> Result<Option<Vec<u8>>, HostError> {
+        let bit = 1 << (number & 0x0F);
+        let mut data = [0; PACKET_MAX];
+        match link.fx2().usb_in(number, &mut data) {
+            InReply::Data { length, toggle } => {
+                self.packet_time(link, length);
+                if toggle != (self.toggle_in & bit != 0) {
+                    return Err(HostError::Protocol(0x80 | number));
+                }
+                self.toggle_in ^= bit;
+                Ok(Some(data[..length].to_vec()))
+            }
+            InReply::Stall => Err(HostError::Stall),
+            InReply::NoResponse => Err(HostError::NoResponse(0x80 | number)),
+            InReply::Nak => {
+                self.packet_time(link, NAK_BYTES);
+                Ok(None)
+            }
+        }
+    }
+
     /// One packet to bulk or interrupt endpoint `number`.
     ///
     /// # Errors

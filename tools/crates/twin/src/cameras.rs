@@ -74,6 +74,11 @@ impl Cameras {
         taken
     }
 
+    /// What both eyes have sent last, or are sending.
+    pub fn last_pair(&self) -> [&[u16]; 2] {
+        [0, 1].map(|eye| self.sent[eye].as_ref().unwrap_or(&self.seen[eye]).as_slice())
+    }
+
     /// The last row is in.
     fn deliver(&mut self, reading: &Reading, robot: &mut Robot) -> bool {
         let turret = &mut robot.turret;
@@ -89,7 +94,7 @@ impl Cameras {
             return false;
         }
         let torn = faults.contains(&Some(Fault::TornFrames));
-        let [left, right] = [0, 1].map(|eye| self.sent[eye].as_ref().unwrap_or(&self.seen[eye]));
+        let [left, right] = self.last_pair();
         turret.frame(&Frame {
             end: reading.end,
             mid_exposure: reading.middle,

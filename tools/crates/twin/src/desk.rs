@@ -39,6 +39,18 @@ impl Desk {
         }
     }
 
+    /// What the cameras have sent last, or are sending: left and right eye.
+    pub fn last_pair(&self) -> [&[u16]; 2] {
+        self.cameras.last_pair()
+    }
+
+    /// Mean of green in it, 0..1.
+    pub fn brightness(&self) -> f64 {
+        let [left, right] = self.last_pair();
+        let sum: u64 = left.iter().chain(right).map(|pixel| u64::from(pixel >> 5 & 0x3F)).sum();
+        sum as f64 / (63 * (left.len() + right.len()).max(1)) as f64
+    }
+
     fn tick(&mut self) {
         let ours = self.robot.base.wheel_speeds_mm_s();
         self.world.step([ours, [0.0; 2]]);

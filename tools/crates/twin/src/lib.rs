@@ -6,6 +6,7 @@ pub mod desk;
 pub mod flash;
 pub mod game;
 pub mod player;
+pub mod receiver;
 pub mod robot;
 pub mod sensor;
 pub mod tally;

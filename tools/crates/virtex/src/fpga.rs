@@ -463,6 +463,11 @@ impl Fpga {
         }
     }
 
+    /// When the design came to life: its own time begins then.
+    pub fn started(&self) -> Ps {
+        self.started
+    }
+
     /// `at` as a report says it: 100 µs units of the design's own time, which begins when it does.
     pub fn exposure_time(&self, at: Ps) -> u16 {
         (at.saturating_sub(self.started) / REPORT_TICK) as u16

@@ -179,6 +179,8 @@ impl Stream {
                 width_px: taken.width,
                 height_px: taken.height,
                 number,
+                sent: number - self.lost,
+                lost: self.lost,
                 exposure_us: (taken.exposure / US) as u32,
                 params: taken.params,
                 report: taken.report,
@@ -205,6 +207,7 @@ impl Stream {
             width_px: width,
             height_px: height,
             number,
+            sent: number,
             ..StreamHeader::default()
         };
         Pair { ready: self.free, header, words }
@@ -240,7 +243,6 @@ impl Stream {
         };
         if let Some(mut pair) = pair {
             self.free = self.free.max(pair.ready);
-            (pair.header.sent, pair.header.lost) = (self.sent, self.lost);
             pair.header.session = self.session;
             self.write_headers(&mut pair);
             self.sending = Sending::Frame { pair, eye: 0, position: 0 };
