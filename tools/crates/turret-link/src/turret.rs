@@ -128,7 +128,6 @@ pub fn config_result(result: u8) -> &'static str {
         c::CONFIG_ABORTED => "aborted",
         c::CONFIG_NO_DATA => "the host stopped sending",
         c::CONFIG_TOO_LONG => "the host sent more than it had announced",
-        c::CONFIG_WRONG_PART => "the bitstream is for another part",
         _ => "a result that this program does not know",
     }
 }
