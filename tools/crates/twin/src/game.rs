@@ -285,6 +285,9 @@ impl Game {
             }
             Call::FreeBall(at_mm) => self.world.free_ball(at_mm),
             Call::Goal { .. } | Call::Whistle | Call::End => {
+                if let Call::Goal { robot, .. } = call {
+                    self.world.goal(robot);
+                }
                 self.ours.stop();
                 self.other.player().stop();
             }

@@ -5,6 +5,7 @@
 
 pub mod camera;
 mod canvas;
+pub mod chronicle;
 mod font;
 pub mod materials;
 pub mod noise;
@@ -26,6 +27,7 @@ use image::RgbImage;
 use sim::{MS, Ps, SECOND};
 
 use camera::{Camera, Eye, HEIGHT, WIDTH};
+use chronicle::{Chronicle, Instant, Mark};
 use materials::Materials;
 pub use noise::Noise;
 use physics::{Physics, Pose};
@@ -95,13 +97,28 @@ impl Exposure {
     }
 }
 
-/// Where things have been, for the picture.
+/// Where things have been since the last kick-off, for the picture; turned so that robot 0 plays
+/// towards +x.
 #[derive(Clone, Debug, Default)]
 pub struct Tracks {
     /// Both robots.
     pub robots: [Vec<Pose>; 2],
     /// The ball.
     pub ball: Vec<[f64; 2]>,
+}
+
+impl Tracks {
+    fn push(&mut self, moment: &Moment, side: f64) {
+        let turn = if side > 0.0 { 0.0 } else { core::f64::consts::PI };
+        for (track, pose) in self.robots.iter_mut().zip(moment.robots) {
+            track.push(Pose {
+                x_mm: pose.x_mm * side,
+                y_mm: pose.y_mm * side,
+                heading_rad: pose.heading_rad + turn,
+            });
+        }
+        self.ball.push(moment.ball_mm.map(|v| v * side));
+    }
 }
 
 /// Where everything is at one time.
@@ -121,6 +138,7 @@ pub struct World {
     ticks: u32,
     attacks: [f64; 2],
     last_touch: Option<usize>,
+    chronicle: Chronicle,
     tracks: Tracks,
     seen: [Vec<Moment>; 2],
     kept: [Option<(u16, Moment)>; 2],
@@ -139,6 +157,7 @@ impl World {
             ticks: 0,
             attacks: [1.0, -1.0],
             last_touch: None,
+            chronicle: Chronicle::new(&setup.materials),
             tracks: Tracks::default(),
             seen: [Vec::new(), Vec::new()],
             kept: [None; 2],
@@ -152,6 +171,7 @@ impl World {
         self.physics.place(places.robots, places.ball_mm);
         self.attacks = attacks;
         self.last_touch = None;
+        self.chronicle.mark(Mark::KickOff, [0.0; 2]);
         self.tracks = Tracks::default();
         self.track();
     }
@@ -159,6 +179,18 @@ impl World {
     /// A handler puts the ball here.
     pub fn free_ball(&mut self, at_mm: [f64; 2]) {
         self.physics.place_ball(at_mm);
+        self.chronicle.mark(Mark::FreeBall, at_mm);
+    }
+
+    /// A robot gets a goal.
+    pub fn goal(&mut self, robot: usize) {
+        let ball_mm = self.turned(self.ball_mm());
+        self.chronicle.mark(Mark::Goal(robot), ball_mm);
+    }
+
+    /// A place or a velocity as it is for pictures, in which robot 0 always plays towards +x.
+    fn turned(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [x * self.attacks[0], y * self.attacks[0]]
     }
 
     /// One [`TICK`], with these speeds of left and right wheel in mm/s for both robots.
@@ -168,18 +200,25 @@ impl World {
         if self.ticks.is_multiple_of(TRACK_TICKS) {
             self.track();
         }
+        let touches = [0, 1].map(|robot| self.physics.touches(robot));
         for robot in [0, 1] {
-            if self.physics.touches(robot) {
+            if touches[robot] {
                 self.last_touch = Some(robot);
             }
         }
+        let ball = self.ball_mm();
+        let apart = |robot: Pose| libm::hypot(robot.x_mm - ball[0], robot.y_mm - ball[1]);
+        self.chronicle.step(&Instant {
+            ball_mm: self.turned(ball),
+            ball_mm_s: self.turned(self.physics.ball_mm_s()),
+            apart_mm: [0, 1].map(|robot| apart(self.robot(robot))),
+            touches,
+        });
     }
 
     fn track(&mut self) {
-        for (index, track) in self.tracks.robots.iter_mut().enumerate() {
-            track.push(self.physics.robot(index));
-        }
-        self.tracks.ball.push(self.physics.ball_mm());
+        let now = self.now(0);
+        self.tracks.push(&now, self.attacks[0]);
     }
 
     /// Which way a robot plays: +1 towards +x, -1 towards -x.
@@ -299,6 +338,7 @@ impl World {
             eyes: [Eye::Left, Eye::Right].map(|eye| self.eye_picture(&scene, robot, eye)),
             report,
             tracks: &self.tracks_until_now(),
+            chronicle: &self.chronicle,
             goals,
             seconds: f64::from(self.ticks) * TICK as f64 / SECOND as f64,
             seed: self.setup.seed,
@@ -335,11 +375,7 @@ impl World {
 
     fn tracks_until_now(&self) -> Tracks {
         let mut tracks = self.tracks.clone();
-        let now = self.now(0);
-        for (track, pose) in tracks.robots.iter_mut().zip(now.robots) {
-            track.push(pose);
-        }
-        tracks.ball.push(now.ball_mm);
+        tracks.push(&self.now(0), self.attacks[0]);
         tracks
     }
 
@@ -428,5 +464,5 @@ fn to_pixel(colour: shade::Rgb) -> u16 {
 
 /// A channel 0..1 as the sensor's eight bits.
 fn to_byte(channel: f32) -> u8 {
-    (channel * 255.0 + 0.5).clamp(0.0, 255.0) as u8
+    sensor::rounded((channel * 255.0).clamp(0.0, 255.0)).1
 }

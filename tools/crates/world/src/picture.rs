@@ -1,5 +1,6 @@
-//! A match in one picture: what both eyes saw last with what was found in it, and below it the pitch
-//! from above with the tracks of robots and ball.
+//! A match in one picture: what both eyes saw with what was found in it; the pitch from above with the
+//! tracks since the last kick-off; the same with who had the ball where in the whole match, and the shots;
+//! and the match as a line of time.
 
 use common_sys::constants as c;
 use common_sys::link::Report;
@@ -8,6 +9,7 @@ use image::RgbImage;
 use crate::Tracks;
 use crate::camera::{Eye, HEIGHT, WIDTH};
 use crate::canvas::{Canvas, Colour};
+use crate::chronicle::{self, Chronicle, Mark};
 use crate::physics::Pose;
 use crate::pitch as p;
 
@@ -19,6 +21,8 @@ pub struct Story<'a> {
     pub report: Option<&'a Report>,
     /// Where everything has been; ends where everything is now.
     pub tracks: &'a Tracks,
+    /// What the whole match was like.
+    pub chronicle: &'a Chronicle,
     /// Robot 0's goals and robot 1's.
     pub goals: [u32; 2],
     /// Since kick-off.
@@ -40,19 +44,18 @@ const EYE_SCALE: i64 = 2;
 const EYE_WIDTH: i64 = WIDTH as i64 * EYE_SCALE;
 const EYES_TOP: i64 = 76;
 const CAPTION_TOP: i64 = EYES_TOP + HEIGHT as i64 * EYE_SCALE + 10;
-const PITCH_TOP: i64 = CAPTION_TOP + 36;
-/// Pixels of the picture for a millimetre of the pitch.
-const PITCH_SCALE: f64 = 0.9;
+const PITCH_TOP: i64 = CAPTION_TOP + 60;
 /// Thickness of the walls as drawn, mm.
 const WALL_MM: f64 = 12.0;
-const PITCH_MIDDLE: [f64; 2] = [
-    MARGIN as f64 + PITCH_SCALE * (p::HALF_LENGTH_MM + p::GOAL_DEPTH_MM + WALL_MM),
-    PITCH_TOP as f64 + PITCH_SCALE * (p::HALF_WIDTH_MM + WALL_MM),
-];
-const LEGEND_LEFT: i64 = 1130;
+/// Pixels of the picture for a millimetre of a pitch: one pitch is as wide as an eye's picture.
+const PITCH_SCALE: f64 =
+    EYE_WIDTH as f64 / (2.0 * (p::HALF_LENGTH_MM + p::GOAL_DEPTH_MM + WALL_MM));
+const PITCH_HEIGHT: f64 = PITCH_SCALE * 2.0 * (p::HALF_WIDTH_MM + WALL_MM);
+const LEGEND_TOP: i64 = PITCH_TOP + PITCH_HEIGHT as i64 + 14;
+const LINE_TOP: i64 = LEGEND_TOP + 34;
+const LINE_HEIGHT: f64 = 26.0;
 const PICTURE_WIDTH: u32 = (3 * MARGIN + 2 * EYE_WIDTH) as u32;
-const PICTURE_HEIGHT: u32 =
-    (PITCH_TOP + (PITCH_SCALE * 2.0 * (p::HALF_WIDTH_MM + WALL_MM)) as i64 + MARGIN) as u32;
+const PICTURE_HEIGHT: u32 = (LINE_TOP + LINE_HEIGHT as i64 + 26 + MARGIN) as u32;
 
 const GROUND: Colour = [24, 27, 33];
 const TEXT: Colour = [226, 230, 236];
@@ -75,9 +78,18 @@ pub fn draw(story: &Story) -> RgbImage {
         draw_eye(&mut canvas, story, eye, &story.eyes[index], index as i64);
     }
     draw_caption(&mut canvas, story.report);
-    draw_pitch(&mut canvas);
-    draw_tracks(&mut canvas, story.tracks);
+    let tracks = Pitch::number(0);
+    tracks.title(&mut canvas, "tracks since the last kick-off");
+    tracks.draw(&mut canvas);
+    tracks.draw_tracks(&mut canvas, story.tracks);
+    let heat = Pitch::number(1);
+    heat.title(&mut canvas, "who had the ball where, and shots, in the whole match");
+    heat.draw(&mut canvas);
+    heat.draw_heat(&mut canvas, story.chronicle);
+    heat.draw_lines(&mut canvas);
+    heat.draw_shots(&mut canvas, story.chronicle);
     draw_legend(&mut canvas, story);
+    draw_time(&mut canvas, story);
     canvas.picture
 }
 
@@ -90,10 +102,10 @@ fn draw_title(canvas: &mut Canvas, story: &Story) {
     let middle = i64::from(PICTURE_WIDTH) / 2 - score.len() as i64 * 12;
     canvas.text([middle, 12], 4, TEXT, &score);
     let verdict = match (ours, theirs) {
-        (0, 0) => "no goal yet",
-        (1.., 0) => "goal",
-        (0, 1..) => "goal for the opponent",
-        _ => "goals on both sides",
+        (0, 0) => "no goal",
+        (a, b) if a > b => "we lead",
+        (a, b) if a < b => "the opponent leads",
+        _ => "level",
     };
     let left = i64::from(PICTURE_WIDTH) - MARGIN - verdict.len() as i64 * 12;
     canvas.text([left, 23], 2, BALL, verdict);
@@ -274,141 +286,274 @@ fn draw_caption(canvas: &mut Canvas, report: Option<&Report>) {
     }
 }
 
-/// A place on the pitch in the picture.
-fn on_pitch([x_mm, y_mm]: [f64; 2]) -> [f64; 2] {
-    [PITCH_MIDDLE[0] + x_mm * PITCH_SCALE, PITCH_MIDDLE[1] - y_mm * PITCH_SCALE]
+/// One of the two pitches from above.
+struct Pitch {
+    middle: [f64; 2],
 }
 
-fn draw_pitch(canvas: &mut Canvas) {
-    let outline = |grown: f64| {
-        let (length, width) = (p::HALF_LENGTH_MM + grown, p::HALF_WIDTH_MM + grown);
-        // The diagonal moves outwards as far as the straight walls do.
-        let cut = p::CORNER_CUT_MM + grown * (2.0 - core::f64::consts::SQRT_2);
-        [
-            [length, width - cut],
-            [length - cut, width],
-            [cut - length, width],
-            [-length, width - cut],
-            [-length, cut - width],
-            [cut - length, -width],
-            [length - cut, -width],
-            [length, cut - width],
-        ]
-        .map(on_pitch)
-    };
-    let goals = |canvas: &mut Canvas, grown: f64, colour: Colour| {
-        let (length, half) =
-            (p::HALF_LENGTH_MM + p::GOAL_DEPTH_MM + grown, p::GOAL_HALF_WIDTH_MM + grown);
-        canvas.rectangle(on_pitch([-length, half]), on_pitch([length, -half]), colour, 1.0);
-    };
-    goals(canvas, WALL_MM, WALL);
-    canvas.polygon(&outline(WALL_MM), WALL);
-    goals(canvas, 0.0, INSIDE);
-    canvas.polygon(&outline(0.0), FLOOR);
-
-    let line = p::LINE_WIDTH_MM * PITCH_SCALE;
-    let mut stroke = |a: [f64; 2], b: [f64; 2]| {
-        canvas.line([on_pitch(a), on_pitch(b)], line, LINE, 0.8);
-    };
-    stroke([0.0, -p::HALF_WIDTH_MM], [0.0, p::HALF_WIDTH_MM]);
-    for side in [-1.0, 1.0] {
-        let (end, inner) =
-            (side * p::HALF_LENGTH_MM, side * (p::HALF_LENGTH_MM - p::GOAL_BORDER_MM));
-        let half = p::GOAL_HALF_WIDTH_MM;
-        stroke([end, -half], [inner, -half]);
-        stroke([inner, -half], [inner, half]);
-        stroke([inner, half], [end, half]);
-        stroke([end, -half], [end, half]);
+impl Pitch {
+    fn number(index: i64) -> Self {
+        let left = MARGIN + index * (EYE_WIDTH + MARGIN);
+        let middle = [left as f64 + EYE_WIDTH as f64 / 2.0, PITCH_TOP as f64 + PITCH_HEIGHT / 2.0];
+        Self { middle }
     }
-    let circle = p::CENTRE_CIRCLE_MM * PITCH_SCALE;
-    let middle = on_pitch([0.0, 0.0]);
-    canvas.ring(middle, [circle - line / 2.0, circle + line / 2.0], LINE, 0.8);
-    canvas.disc(middle, p::CENTRE_DOT_MM / 2.0 * PITCH_SCALE, LINE, 0.9);
-}
 
-/// A track: faint where it began, strong where it ends.
-fn draw_track(canvas: &mut Canvas, points: &[[f64; 2]], width: f64, colour: Colour) {
-    let count = points.len().max(2) as f64 - 1.0;
-    for (index, pair) in points.windows(2).enumerate() {
-        // Mixed first, opaque then: where pieces overlap at their ends nothing shows twice.
-        let share = 0.3 + 0.7 * index as f64 / count;
-        let mixed = [0, 1, 2]
-            .map(|i| (f64::from(FLOOR[i]) * (1.0 - share) + f64::from(colour[i]) * share) as u8);
-        canvas.line([on_pitch(pair[0]), on_pitch(pair[1])], width, mixed, 1.0);
+    /// A place on the pitch in the picture.
+    fn at(&self, [x_mm, y_mm]: [f64; 2]) -> [f64; 2] {
+        [self.middle[0] + x_mm * PITCH_SCALE, self.middle[1] - y_mm * PITCH_SCALE]
     }
-}
 
-fn draw_tracks(canvas: &mut Canvas, tracks: &Tracks) {
-    let place = |pose: &Pose| [pose.x_mm, pose.y_mm];
-    for (track, colour) in tracks.robots.iter().zip(ROBOTS) {
-        let points: Vec<[f64; 2]> = track.iter().map(place).collect();
-        draw_track(canvas, &points, 3.5, colour);
+    fn title(&self, canvas: &mut Canvas, text: &str) {
+        let left = (self.middle[0] - EYE_WIDTH as f64 / 2.0) as i64;
+        canvas.text([left, PITCH_TOP - 20], 2, FAINT, text);
     }
-    draw_track(canvas, &tracks.ball, 2.5, BALL);
 
-    let radius = p::ROBOT_RADIUS_MM * PITCH_SCALE;
-    for (track, colour) in tracks.robots.iter().zip(ROBOTS) {
-        if let Some(first) = track.first() {
-            canvas.ring(on_pitch(place(first)), [radius - 1.5, radius], colour, 0.7);
+    fn draw(&self, canvas: &mut Canvas) {
+        let outline = |grown: f64| {
+            let (length, width) = (p::HALF_LENGTH_MM + grown, p::HALF_WIDTH_MM + grown);
+            // The diagonal moves outwards as far as the straight walls do.
+            let cut = p::CORNER_CUT_MM + grown * (2.0 - core::f64::consts::SQRT_2);
+            [
+                [length, width - cut],
+                [length - cut, width],
+                [cut - length, width],
+                [-length, width - cut],
+                [-length, cut - width],
+                [cut - length, -width],
+                [length - cut, -width],
+                [length, cut - width],
+            ]
+            .map(|place| self.at(place))
+        };
+        let goals = |canvas: &mut Canvas, grown: f64, colour: Colour| {
+            let (length, half) =
+                (p::HALF_LENGTH_MM + p::GOAL_DEPTH_MM + grown, p::GOAL_HALF_WIDTH_MM + grown);
+            canvas.rectangle(self.at([-length, half]), self.at([length, -half]), colour, 1.0);
+        };
+        goals(canvas, WALL_MM, WALL);
+        canvas.polygon(&outline(WALL_MM), WALL);
+        goals(canvas, 0.0, INSIDE);
+        canvas.polygon(&outline(0.0), FLOOR);
+        self.draw_lines(canvas);
+    }
+
+    fn draw_lines(&self, canvas: &mut Canvas) {
+        let line = (p::LINE_WIDTH_MM * PITCH_SCALE).max(1.5);
+        let mut stroke = |a: [f64; 2], b: [f64; 2]| {
+            canvas.line([self.at(a), self.at(b)], line, LINE, 0.6);
+        };
+        stroke([0.0, -p::HALF_WIDTH_MM], [0.0, p::HALF_WIDTH_MM]);
+        for side in [-1.0, 1.0] {
+            let (end, inner) =
+                (side * p::HALF_LENGTH_MM, side * (p::HALF_LENGTH_MM - p::GOAL_BORDER_MM));
+            let half = p::GOAL_HALF_WIDTH_MM;
+            stroke([end, -half], [inner, -half]);
+            stroke([inner, -half], [inner, half]);
+            stroke([inner, half], [end, half]);
+            stroke([end, -half], [end, half]);
+        }
+        let circle = p::CENTRE_CIRCLE_MM * PITCH_SCALE;
+        let middle = self.at([0.0, 0.0]);
+        canvas.ring(middle, [circle - line / 2.0, circle + line / 2.0], LINE, 0.6);
+        canvas.disc(middle, p::CENTRE_DOT_MM / 2.0 * PITCH_SCALE, LINE, 0.9);
+    }
+
+    /// A track: faint where it began, strong where it ends.
+    fn draw_track(&self, canvas: &mut Canvas, points: &[[f64; 2]], width: f64, colour: Colour) {
+        let count = points.len().max(2) as f64 - 1.0;
+        for (index, pair) in points.windows(2).enumerate() {
+            // Mixed first, opaque then: where pieces overlap at their ends nothing shows twice.
+            let share = 0.3 + 0.7 * index as f64 / count;
+            let ends = [self.at(pair[0]), self.at(pair[1])];
+            canvas.line(ends, width, mixed(FLOOR, colour, share), 1.0);
         }
     }
-    let ball = p::BALL_RADIUS_MM * PITCH_SCALE;
-    if let Some(&first) = tracks.ball.first() {
-        canvas.ring(on_pitch(first), [ball - 1.5, ball], BALL, 0.7);
-    }
-    for (track, colour) in tracks.robots.iter().zip(ROBOTS) {
-        if let Some(pose) = track.last() {
-            draw_robot(canvas, pose, colour);
+
+    fn draw_tracks(&self, canvas: &mut Canvas, tracks: &Tracks) {
+        let place = |pose: &Pose| [pose.x_mm, pose.y_mm];
+        for (track, colour) in tracks.robots.iter().zip(ROBOTS) {
+            let points: Vec<[f64; 2]> = track.iter().map(place).collect();
+            self.draw_track(canvas, &points, 2.5, colour);
+        }
+        self.draw_track(canvas, &tracks.ball, 2.0, BALL);
+
+        let radius = p::ROBOT_RADIUS_MM * PITCH_SCALE;
+        for (track, colour) in tracks.robots.iter().zip(ROBOTS) {
+            if let Some(first) = track.first() {
+                canvas.ring(self.at(place(first)), [radius - 1.5, radius], colour, 0.7);
+            }
+        }
+        let ball = p::BALL_RADIUS_MM * PITCH_SCALE;
+        if let Some(&first) = tracks.ball.first() {
+            canvas.ring(self.at(first), [ball - 1.5, ball], BALL, 0.7);
+        }
+        for (track, colour) in tracks.robots.iter().zip(ROBOTS) {
+            if let Some(pose) = track.last() {
+                self.draw_robot(canvas, pose, colour);
+            }
+        }
+        if let Some(&last) = tracks.ball.last() {
+            let at = self.at(last);
+            canvas.disc([at[0] + 2.0, at[1] + 2.0], ball, INSIDE, 0.35);
+            canvas.disc(at, ball, BALL, 1.0);
+            let light = [at[0] - ball * 0.25, at[1] - ball * 0.3];
+            canvas.disc(light, ball * 0.45, [255, 240, 150], 0.5);
         }
     }
-    if let Some(&last) = tracks.ball.last() {
-        let at = on_pitch(last);
-        canvas.disc([at[0] + 2.0, at[1] + 3.0], ball, INSIDE, 0.35);
-        canvas.disc(at, ball, BALL, 1.0);
-        canvas.disc([at[0] - ball * 0.25, at[1] - ball * 0.3], ball * 0.45, [255, 240, 150], 0.5);
+
+    /// A robot from above: striped dress, its colour on top, a line to where it looks.
+    fn draw_robot(&self, canvas: &mut Canvas, pose: &Pose, colour: Colour) {
+        let radius = p::ROBOT_RADIUS_MM * PITCH_SCALE;
+        let at = self.at([pose.x_mm, pose.y_mm]);
+        canvas.disc([at[0] + 2.0, at[1] + 2.0], radius, INSIDE, 0.35);
+        canvas.disc(at, radius, [236, 236, 232], 1.0);
+        for stripe in 0..p::ROBOT_STRIPES / 2 {
+            let turn = f64::from(stripe * 2) / f64::from(p::ROBOT_STRIPES);
+            let angle = pose.heading_rad + turn * 2.0 * core::f64::consts::PI;
+            let (sin, cos) = libm::sincos(angle);
+            let rim = |part: f64| [at[0] + radius * part * cos, at[1] - radius * part * sin];
+            canvas.line([rim(0.75), rim(0.92)], 3.0, INSIDE, 1.0);
+        }
+        canvas.disc(at, radius * 0.72, colour, 1.0);
+        let (sin, cos) = libm::sincos(pose.heading_rad);
+        let nose = [at[0] + radius * 1.6 * cos, at[1] - radius * 1.6 * sin];
+        canvas.line([at, nose], 2.5, TEXT, 1.0);
+    }
+
+    /// Cells in the colour of who had the ball there, the stronger the longer.
+    fn draw_heat(&self, canvas: &mut Canvas, chronicle: &Chronicle) {
+        let [ours, theirs] = &chronicle.heat;
+        let blurred = [ours, theirs].map(|heat| blurred(heat));
+        let sums = blurred[0].iter().zip(&blurred[1]).map(|(a, b)| a + b);
+        let most = sums.fold(0.0, f64::max);
+        if most == 0.0 {
+            return;
+        }
+        for (index, (a, b)) in blurred[0].iter().zip(&blurred[1]).enumerate() {
+            let strength = ((a + b) / most).sqrt();
+            if strength < 0.06 {
+                continue;
+            }
+            let (column, row) = (index % chronicle::COLUMNS, index / chronicle::COLUMNS);
+            let edge =
+                |i: usize, cells: usize| (i as f64 - cells as f64 / 2.0) * chronicle::CELL_MM;
+            let (x, y) = (edge(column, chronicle::COLUMNS), edge(row, chronicle::ROWS));
+            if y.abs() > p::HALF_WIDTH_MM || x.abs() > p::HALF_LENGTH_MM + p::GOAL_DEPTH_MM {
+                continue;
+            }
+            let colour = mixed(ROBOTS[0], ROBOTS[1], b / (a + b));
+            // Edges between pixels: neighbours neither overlap nor leave a gap.
+            let corner = |place| self.at(place).map(|v| v.round() - 0.5);
+            let from = corner([x, y + chronicle::CELL_MM]);
+            let to = corner([x + chronicle::CELL_MM, y]);
+            canvas.rectangle(from, to, colour, 0.85 * strength);
+        }
+    }
+
+    /// Shots as arrows; a disc where one went in.
+    fn draw_shots(&self, canvas: &mut Canvas, chronicle: &Chronicle) {
+        for shot in &chronicle.shots {
+            let colour = mixed(ROBOTS[shot.robot], TEXT, 0.35);
+            let [from, to] = [self.at(shot.from_mm), self.at(shot.to_mm)];
+            canvas.line([from, to], 5.0, INSIDE, 0.4);
+            canvas.line([from, to], 2.5, colour, 1.0);
+            let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+            let length = libm::hypot(dx, dy).max(1.0);
+            let (dx, dy) = (dx / length, dy / length);
+            for side in [-1.0, 1.0] {
+                let barb =
+                    [to[0] - 11.0 * dx - side * 6.0 * dy, to[1] - 11.0 * dy + side * 6.0 * dx];
+                canvas.line([to, barb], 2.5, colour, 1.0);
+            }
+            if shot.goal {
+                canvas.disc(to, 8.0, INSIDE, 0.6);
+                canvas.disc(to, 6.0, BALL, 1.0);
+            }
+        }
     }
 }
 
-/// A robot from above: striped dress, its colour on top, a line to where it looks.
-fn draw_robot(canvas: &mut Canvas, pose: &Pose, colour: Colour) {
-    let radius = p::ROBOT_RADIUS_MM * PITCH_SCALE;
-    let at = on_pitch([pose.x_mm, pose.y_mm]);
-    canvas.disc([at[0] + 2.0, at[1] + 3.0], radius, INSIDE, 0.35);
-    canvas.disc(at, radius, [236, 236, 232], 1.0);
-    for stripe in 0..p::ROBOT_STRIPES / 2 {
-        let turn = f64::from(stripe * 2) / f64::from(p::ROBOT_STRIPES);
-        let angle = pose.heading_rad + turn * 2.0 * core::f64::consts::PI;
-        let (sin, cos) = libm::sincos(angle);
-        let rim = |part: f64| [at[0] + radius * part * cos, at[1] - radius * part * sin];
-        canvas.line([rim(0.72), rim(0.92)], 5.0, INSIDE, 1.0);
-    }
-    canvas.disc(at, radius * 0.72, colour, 1.0);
-    let (sin, cos) = libm::sincos(pose.heading_rad);
-    let nose = [at[0] + radius * 1.5 * cos, at[1] - radius * 1.5 * sin];
-    canvas.line([at, nose], 3.0, TEXT, 1.0);
+fn mixed(a: Colour, b: Colour, share_of_b: f64) -> Colour {
+    [0, 1, 2].map(|i| (f64::from(a[i]) * (1.0 - share_of_b) + f64::from(b[i]) * share_of_b) as u8)
 }
 
+/// Each cell with its neighbours: nobody stands in one cell only.
+fn blurred(heat: &[u32]) -> Vec<f64> {
+    let cell = |column: i64, row: i64| {
+        let inside = (0..chronicle::COLUMNS as i64).contains(&column)
+            && (0..chronicle::ROWS as i64).contains(&row);
+        if inside {
+            f64::from(heat[row as usize * chronicle::COLUMNS + column as usize])
+        } else {
+            0.0
+        }
+    };
+    (0..heat.len() as i64)
+        .map(|index| {
+            let columns = chronicle::COLUMNS as i64;
+            let (column, row) = (index % columns, index / columns);
+            let mut sum = 0.0;
+            for (dx, dy) in (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy))) {
+                let weight = f64::from((2 - i32::abs(dx)) * (2 - i32::abs(dy)));
+                sum += weight * cell(column + i64::from(dx), row + i64::from(dy));
+            }
+            sum / 16.0
+        })
+        .collect()
+}
+
+/// Names, and numbers of the match.
 fn draw_legend(canvas: &mut Canvas, story: &Story) {
     let names =
         if story.robot == 0 { ["our robot", "opponent"] } else { ["opponent", "our robot"] };
-    let rows = [(ROBOTS[0], names[0]), (ROBOTS[1], names[1]), (BALL, "ball")];
-    let mut y = PITCH_TOP + 14;
-    for (colour, name) in rows {
-        canvas.disc([(LEGEND_LEFT + 9) as f64, (y + 7) as f64], 9.0, colour, 1.0);
-        canvas.text([LEGEND_LEFT + 28, y], 2, TEXT, name);
-        y += 34;
+    let chronicle = story.chronicle;
+    let had: u32 = chronicle.possession_ms.iter().sum();
+    let mut x = MARGIN;
+    for robot in [0, 1] {
+        let shots = chronicle.shots.iter().filter(|shot| shot.robot == robot).count();
+        let share = chronicle.possession_ms[robot] * 100 / had.max(1);
+        let way = if robot == 0 { "to the right" } else { "to the left" };
+        let plural = if shots == 1 { "" } else { "s" };
+        canvas.disc([(x + 9) as f64, (LEGEND_TOP + 7) as f64], 8.0, ROBOTS[robot], 1.0);
+        let text = format!("{} ({way}): {share} % of the ball, {shots} shot{plural}", names[robot]);
+        x += 26 + canvas.text([x + 26, LEGEND_TOP], 2, TEXT, &text) + 30;
     }
-    canvas.ring([(LEGEND_LEFT + 9) as f64, (y + 7) as f64], [7.5, 9.0], FAINT, 1.0);
-    canvas.text([LEGEND_LEFT + 28, y], 2, FAINT, "at kick-off");
-    y += 52;
-    for (colour, text) in [
-        (FAINT, "blue attacks"),
-        (FAINT, "the right goal"),
-        (FAINT, ""),
-        (FAINT, "pitch 1050 x"),
-        (FAINT, "680 mm"),
-    ] {
-        canvas.text([LEGEND_LEFT, y], 2, colour, text);
-        y += 22;
+}
+
+/// The match from left to right: who had the ball, goals, free balls.
+fn draw_time(canvas: &mut Canvas, story: &Story) {
+    let left = MARGIN as f64;
+    let width = f64::from(PICTURE_WIDTH) - 2.0 * left;
+    let top = LINE_TOP as f64;
+    let (middle, bottom) = (top + LINE_HEIGHT / 2.0, top + LINE_HEIGHT);
+    let ms = (story.seconds * 1000.0).max(1.0);
+    let at = |time_ms: f64| left + (time_ms / ms).min(1.0) * width;
+    canvas.rectangle([left, top], [left + width, bottom], WALL, 0.35);
+    let moment = f64::from(chronicle::MOMENT_MS);
+    for (index, who) in story.chronicle.line.iter().enumerate() {
+        let Some(robot) = *who else { continue };
+        let (from, to) = (at(index as f64 * moment), at((index + 1) as f64 * moment));
+        let (high, low) = if robot == 0 { (top, middle) } else { (middle, bottom) };
+        canvas.rectangle([from, high], [to, low], ROBOTS[robot], 0.9);
     }
+    for (time, mark) in &story.chronicle.marks {
+        let x = at(f64::from(*time));
+        match mark {
+            Mark::Goal(robot) => {
+                let y = if *robot == 0 { top } else { bottom };
+                canvas.disc([x, y], 9.0, INSIDE, 0.8);
+                canvas.disc([x, y], 7.0, BALL, 1.0);
+            }
+            Mark::FreeBall => canvas.line([[x, top], [x, bottom]], 2.0, BALL, 0.9),
+            Mark::KickOff => canvas.line([[x, top], [x, bottom]], 2.0, TEXT, 0.9),
+        }
+    }
+    let text_top = bottom as i64 + 10;
+    canvas.text([MARGIN, text_top], 2, FAINT, "0 s");
+    let end = format!("{:.0} s", story.seconds);
+    let end_left = i64::from(PICTURE_WIDTH) - MARGIN - end.len() as i64 * 12;
+    canvas.text([end_left, text_top], 2, FAINT, &end);
+    let legend =
+        "white: kick-off   yellow disc: goal, above ours, below theirs   yellow line: free ball";
+    canvas.text([MARGIN + 150, text_top], 2, FAINT, legend);
 }

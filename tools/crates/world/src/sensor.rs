@@ -22,14 +22,39 @@ const KERNEL: usize = 2 * REACH + 2;
 const MARGIN: usize = 4;
 /// Bits that choose one of the normally distributed numbers.
 const NORMAL_BITS: u32 = 12;
+const NORMALS: usize = 1 << NORMAL_BITS;
+
+/// A number 0..2^22 rounded, as a float and its lowest eight bits. From 2^23 on a float has no
+/// fraction; quicker than a conversion, and the compiler does it for many pixels at once.
+pub(crate) fn rounded(value: f32) -> (f32, u8) {
+    const SHIFT: f32 = 12_582_912.0;
+    let shifted = value + SHIFT;
+    (shifted - SHIFT, shifted.to_bits() as u8)
+}
+
+/// The sum of six series, each with its weight.
+fn weighed(out: &mut [f32; ROW], weights: &[f32; KERNEL], series: [&[f32; ROW]; KERNEL]) {
+    let [a, b, c, d, e, f] = series;
+    for (i, sum) in out.iter_mut().enumerate() {
+        *sum = weights[0] * a[i]
+            + weights[1] * b[i]
+            + weights[2] * c[i]
+            + weights[3] * d[i]
+            + weights[4] * e[i]
+            + weights[5] * f[i];
+    }
+}
+
+/// A row of this length from there on.
+fn row_from(values: &[f32], start: usize) -> &[f32; ROW] {
+    values[start..start + ROW].try_into().expect("the range is that long")
+}
 
 /// Both eyes of a robot.
 #[derive(Clone)]
 pub struct Sensors {
-    /// Factors for red, green and blue, in units of 1/255.
-    gain: [[f32; 3]; 2],
-    /// Left of that where a pixel is, row by row.
-    light: Vec<f32>,
+    /// What each eye makes of each channel of each pixel, in units of 1/255.
+    gain: [Vec<f32>; 2],
     /// Weights of the pixel and its neighbours to one side.
     blur: [f32; REACH + 1],
     /// The left eye's offset in columns and rows.
@@ -37,9 +62,9 @@ pub struct Sensors {
     flicker: f64,
     /// Factor of this frame's light, the same in both eyes.
     frame_light: f32,
-    noise: f32,
     rng: Pcg64Mcg,
-    normals: Vec<f32>,
+    /// Normally distributed numbers of the noise's deviation.
+    normals: Box<[f32; NORMALS]>,
     rows: Vec<f32>,
 }
 
@@ -61,17 +86,20 @@ impl Sensors {
         });
         let vignette = between(&mut rng, ranges.vignette);
         let uneven = around(&mut rng, ranges.uneven);
+        let light = light(vignette, uneven);
+        let gain = gain.map(|gain| light.iter().flat_map(|l| gain.map(|g| g * l)).collect());
         Some(Self {
             gain,
-            light: light(vignette, uneven),
             blur: blur(between(&mut rng, ranges.blur_px)),
             misaligned_px: [ranges.squint_px, ranges.misaligned_px]
                 .map(|most| around(&mut rng, most)),
             flicker: ranges.flicker,
             frame_light: 1.0,
-            noise: between(&mut rng, ranges.noise) as f32,
+            normals: {
+                let noise = between(&mut rng, ranges.noise) as f32;
+                Box::new(normals().map(|x| x * noise))
+            },
             rng,
-            normals: normals(),
             rows: Vec::new(),
         })
     }
@@ -79,25 +107,29 @@ impl Sensors {
     /// Turn what falls on an eye into what its sensor gives: still 0..1 a channel, but in steps of
     /// 1/255.
     pub fn expose(&mut self, eye: Eye, frame: &mut Frame) {
-        let (gain, misaligned_px) = match eye {
+        let (index, misaligned_px) = match eye {
             Eye::Left => {
                 // Both eyes are exposed at once; the left one is read first.
                 self.frame_light = 1.0 + normal(&mut self.rng, self.flicker) as f32;
-                (self.gain[0], self.misaligned_px)
+                (0, self.misaligned_px)
             }
-            Eye::Right => (self.gain[1], [0.0; 2]),
+            Eye::Right => (1, [0.0; 2]),
         };
-        let gain = gain.map(|channel| channel * self.frame_light);
         self.blur_along(misaligned_px[0], frame);
         self.blur_down(misaligned_px[1], frame);
-        let pick = (1 << NORMAL_BITS) - 1;
-        for (pixel, light) in frame.iter_mut().zip(&self.light) {
-            let mut bits = self.rng.next_u64();
-            for (channel, gain) in pixel.iter_mut().zip(gain) {
-                let noise = self.noise * self.normals[(bits & pick) as usize];
-                bits >>= NORMAL_BITS;
-                let level = *channel * light * gain + noise;
-                *channel = f32::from((level + 0.5).clamp(0.0, 255.0) as u8) / 255.0;
+        let Self { gain, rng, normals, frame_light, .. } = self;
+        let mut noise = [0.0_f32; ROW];
+        for (row, gain) in frame.chunks_exact_mut(WIDTH).zip(gain[index].chunks_exact(ROW)) {
+            for pixel in noise.chunks_exact_mut(3) {
+                let bits = rng.next_u64();
+                for (i, value) in pixel.iter_mut().enumerate() {
+                    *value = normals[(bits >> (NORMAL_BITS * i as u32)) as usize % NORMALS];
+                }
+            }
+            let levels = row.as_flattened_mut().iter_mut().zip(gain).zip(&noise);
+            for ((channel, gain), noise) in levels {
+                let level = (*channel * gain * *frame_light + noise).clamp(0.0, 255.0);
+                *channel = rounded(level).0 * (1.0 / 255.0);
             }
         }
     }
@@ -115,7 +147,8 @@ impl Sensors {
     /// Blur the rows of `frame` along themselves, moved right by so many pixels, into `rows`.
     fn blur_along(&mut self, shift_px: f64, frame: &Frame) {
         let whole = libm::floor(shift_px);
-        let kernel = self.kernel((shift_px - whole) as f32);
+        let mut kernel = self.kernel((shift_px - whole) as f32);
+        kernel.reverse();
         // A pixel takes from those before it if the picture moves right.
         let first = 3 * (MARGIN as isize - REACH as isize - 1 - whole as isize) as usize;
         self.rows.resize(frame.len() * 3, 0.0);
@@ -126,12 +159,8 @@ impl Sensors {
                 padded[i] = row[0][i % 3];
                 padded[3 * MARGIN + ROW + i] = row[WIDTH - 1][i % 3];
             }
-            out.fill(0.0);
-            for (step, weight) in kernel.iter().rev().enumerate() {
-                for (sum, value) in out.iter_mut().zip(&padded[first + 3 * step..]) {
-                    *sum += weight * value;
-                }
-            }
+            let out: &mut [f32; ROW] = out.try_into().expect("a row's length");
+            weighed(out, &kernel, core::array::from_fn(|i| row_from(&padded, first + 3 * i)));
         }
     }
 
@@ -141,17 +170,12 @@ impl Sensors {
         let kernel = self.kernel((shift_px - whole) as f32);
         let row = |y: isize| {
             let y = y.clamp(0, HEIGHT as isize - 1) as usize;
-            &self.rows[y * ROW..(y + 1) * ROW]
+            row_from(&self.rows, y * ROW)
         };
         for (y, out) in (0..).zip(frame.chunks_exact_mut(WIDTH)) {
-            let out = out.as_flattened_mut();
-            out.fill(0.0);
-            for (step, weight) in kernel.iter().enumerate() {
-                let from = y - whole as isize + REACH as isize - step as isize;
-                for (sum, value) in out.iter_mut().zip(row(from)) {
-                    *sum += weight * value;
-                }
-            }
+            let out: &mut [f32; ROW] = out.as_flattened_mut().try_into().expect("a row's length");
+            let from = |i: usize| y - whole as isize + REACH as isize - i as isize;
+            weighed(out, &kernel, core::array::from_fn(|i| row(from(i))));
         }
     }
 }
@@ -177,8 +201,8 @@ fn blur(deviation_px: f64) -> [f32; REACH + 1] {
 
 /// Normally distributed numbers, each as probable as any other: quantiles in the middle of as many
 /// equal parts.
-fn normals() -> Vec<f32> {
-    let half = 1_usize << (NORMAL_BITS - 1);
+fn normals() -> [f32; NORMALS] {
+    let half = NORMALS / 2;
     let mut upper = Vec::with_capacity(half);
     let mut x = 0.0_f64;
     for i in 0..half {
@@ -191,7 +215,7 @@ fn normals() -> Vec<f32> {
         }
         upper.push(x as f32);
     }
-    upper.iter().rev().map(|x| -x).chain(upper.iter().copied()).collect()
+    core::array::from_fn(|i| if i < half { -upper[half - 1 - i] } else { upper[i - half] })
 }
 
 #[cfg(test)]

@@ -206,7 +206,7 @@ mod tests {
     fn a_goal_is_visible_with_both_posts_only() {
         assert!(around([0.0, 300.0], [-300.0, 0.0]).sights().goal.visible);
         let near = Around {
-            me: Pose { x_mm: 350.0, ..Pose::default() },
+            me: Pose { x_mm: 250.0, ..Pose::default() },
             ..around([0.0, 300.0], [-300.0, 0.0])
         };
         assert!(!near.sights().goal.visible && near.sights().goal.in_picture);

@@ -3,6 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
+use common_sys::constants as c;
+use common_sys::vision::{DEFAULT_PARAMS, Report, detect, rgb565};
 use image::RgbImage;
 use serde_json::Value;
 use world::BallColour;
@@ -191,4 +193,56 @@ fn pictures_agree_coarsely() {
             assert!(median < 12.0 && ninth < 40.0, "{id} {eye}: {median:.1}, {ninth:.1}");
         }
     }
+}
+
+fn report(pictures: [&RgbImage; 2]) -> Report {
+    let [left, right] = pictures.map(|picture| {
+        picture.pixels().map(|p| rgb565(p.0[0], p.0[1], p.0[2])).collect::<Vec<u16>>()
+    });
+    detect(&left, &right, &DEFAULT_PARAMS)
+}
+
+/// What both reports have, name by name, in pixels; what only one has is left out.
+fn in_both(here: &Report, there: &Report) -> Vec<(&'static str, f64, f64)> {
+    let both = |flag: u32| [here, there].iter().all(|r| u32::from(r.flags) & flag != 0);
+    let px = |here: u16, there: u16| (f64::from(here) / 16.0, f64::from(there) / 16.0);
+    let mut found = Vec::new();
+    let mut add = |name, (here, there): (f64, f64)| found.push((name, here, there));
+    if both(c::REPORT_BALL) {
+        add("ball x", px(here.ball_x_q4, there.ball_x_q4));
+        if here.ball_disparity_q4 != 0 && there.ball_disparity_q4 != 0 {
+            add("ball d", px(here.ball_disparity_q4, there.ball_disparity_q4));
+        }
+    }
+    for (i, flag) in [c::REPORT_GOAL_LEFT_EDGE, c::REPORT_GOAL_RIGHT_EDGE].into_iter().enumerate() {
+        if both(flag) {
+            add("goal x", px(here.goal_x_q4[i], there.goal_x_q4[i]));
+            add("goal d", px(here.goal_disparity_q4[i], there.goal_disparity_q4[i]));
+        }
+    }
+    if both(c::REPORT_OPPONENT) {
+        add("opponent d", px(here.opponent_disparity_q4, there.opponent_disparity_q4));
+    }
+    found
+}
+
+#[test]
+fn the_detectors_answers_agree_within_half_a_pixel() {
+    let mut compared = 0;
+    let mut off = Vec::new();
+    for (id, scene) in scenes() {
+        let eyes = cameras(&scene);
+        let drawn = eyes.map(|camera| ours(&scene, &camera));
+        let here = report([&drawn[0], &drawn[1]]);
+        let there = report([&theirs(&id, "left"), &theirs(&id, "right")]);
+        for (name, a, b) in in_both(&here, &there) {
+            println!("{id:5} {:7} {name:10} {a:7.2} {b:7.2} {:+.2}", scene["tier"], a - b);
+            compared += 1;
+            if (a - b).abs() > 0.5 {
+                off.push(format!("{id} {name}: {a:.2} here, {b:.2} there"));
+            }
+        }
+    }
+    assert!(compared >= 30, "only {compared} answers compared");
+    assert!(off.is_empty(), "{off:#?}");
 }
