@@ -592,12 +592,14 @@ static void forget_the_lost(const soccer_tuning_t *tuning, world_t *world)
 }
 
 /* Wheels that stand still, or that slip at a wall. */
-static void notice_being_stuck(strategy_t *strategy, const world_t *world)
+static void notice_being_stuck(strategy_t *strategy, world_t *world)
 {
     if (strategy->stuck_ticks * TICK_MS > strategy->tuning->stuck_ms)
         begin_back_off(strategy, world, STRATEGY_WHEELS_BLOCKED);
     else if (world->wall_ticks > WALL_TICKS)
         begin_back_off(strategy, world, STRATEGY_WALL);
+    if (strategy->state == STRATEGY_BACK_OFF)
+        world_slipped(world);
 }
 
 void strategy_start(strategy_t *strategy, const soccer_tuning_t *tuning)

@@ -17,9 +17,16 @@
 #define SYSTEMATIC_FACTOR     4
 #define GATE_SIGMAS           3
 #define GATE_SLACK_MM         40
-#define DOUBTS_MAX            12
-#define DOUBT_MM              25                /* what one of them adds, */
-#define DOUBT_HEADING_VAR     (273L * 273 / 16) /* ... to the heading 1.5 degrees */
+#define DOUBTS_MAX            5
+#define DOUBT_MM              60                /* what one of them adds, */
+#define DOUBT_HEADING_VAR     (728L * 728 / 16) /* ... to the heading 4 degrees */
+/* A robot that is shoved or whose wheels slip moves otherwise than they say; while the opponent
+ * touches it each LOOK_TICKS, and when it finds itself stuck. */
+#define SHOVED_MM             95
+#define SHOVED_VAR            100
+#define SHOVED_HEADING_VAR    (364L * 364 / 16)
+#define SLIPPED_VAR           1600
+#define SLIPPED_HEADING_VAR   (910L * 910 / 16)
 /* A single post may be anything upright and dark: it counts less, and once the place is known only
  * near to where it must be. */
 #define SINGLE_FACTOR         4
@@ -46,6 +53,7 @@
 /* Where an object must be to be expected in view. */
 #define VIEW_NEAR_MM         220 /* of the opponent: nearer, he is beyond the search range */
 /* So long not seen, and so near to the opponent: he has it and takes it along. */
+#define GO_ON_TICKS          50
 #define CARRIED_AGE_TICKS    8
 #define CARRIED_MM           110
 /* A ball that fills the eye is looked for nowhere else unless it was seen there so lately. */
@@ -132,6 +140,28 @@ uint16_t world_position_sigma_mm(const world_t *world)
 
 /* ---- Time passes ---- */
 
+static void add_uncertainty(world_t *world, int32_t position_var, int32_t heading_var)
+{
+    world->position_var =
+        clamp(world->position_var + position_var, 0, (int32_t)LOST_SIGMA_MM * LOST_SIGMA_MM);
+    world->heading_var = clamp(world->heading_var + heading_var, 0, HEADING_VAR_MAX);
+}
+
+void world_slipped(world_t *world)
+{
+    add_uncertainty(world, SLIPPED_VAR, SLIPPED_HEADING_VAR);
+}
+
+/* The opponent, where he touches the robot, may shove it. */
+static void be_shoved(world_t *world, const pose_t *pose)
+{
+    const object_t *opponent = &world->opponent;
+
+    if (opponent->known && opponent->age_ticks < OPPONENT_FRESH_TICKS &&
+        length_of(opponent->x_q4 - pose->x_q4, opponent->y_q4 - pose->y_q4) < SHOVED_MM * 16)
+        add_uncertainty(world, SHOVED_VAR, SHOVED_HEADING_VAR);
+}
+
 static void grow_uncertain(world_t *world, const int32_t counts[2])
 {
     int32_t forward = counts[0] + counts[1];
@@ -161,6 +191,30 @@ static int32_t slower(int32_t speed_mm_s, int32_t loss_mm_s)
     return speed_mm_s < -loss_mm_s ? speed_mm_s + loss_mm_s : 0;
 }
 
+/* On with its speed, no farther than its middle can be. */
+static void move_on(object_t *object, int32_t radius_mm)
+{
+    int in_mouth =
+        object->y_q4 < GOAL_HALF_WIDTH_MM * 16 && object->y_q4 > -GOAL_HALF_WIDTH_MM * 16;
+    int32_t limit_x = (PITCH_HALF_LENGTH_MM + (in_mouth ? GOAL_DEPTH_MM : 0) - radius_mm + 10) * 16;
+    int32_t limit_y = (PITCH_HALF_WIDTH_MM - radius_mm + 10) * 16;
+
+    /* mm/s * 10 ms * 16 = 41/256 of a q4 step. */
+    object->x_q4 = clamp(object->x_q4 + ((object->vx_mm_s * 41) >> 8), -limit_x, limit_x);
+    object->y_q4 = clamp(object->y_q4 + ((object->vy_mm_s * 41) >> 8), -limit_y, limit_y);
+}
+
+/* An opponent goes on as he was seen to, but who knows for how long. */
+static void go_on(object_t *opponent)
+{
+    if (opponent->age_ticks > GO_ON_TICKS) {
+        opponent->vx_mm_s = 0;
+        opponent->vy_mm_s = 0;
+    } else if (opponent->vx_mm_s != 0 || opponent->vy_mm_s != 0) {
+        move_on(opponent, ROBOT_RADIUS);
+    }
+}
+
 /* The ball rolls on, stays on the pitch, and is not where the robot is. */
 static void roll(world_t *world, const pose_t *pose)
 {
@@ -169,17 +223,8 @@ static void roll(world_t *world, const pose_t *pose)
     int32_t dy;
     int32_t distance;
 
-    if (ball->vx_mm_s != 0 || ball->vy_mm_s != 0) {
-        int in_mouth =
-            ball->y_q4 < GOAL_HALF_WIDTH_MM * 16 && ball->y_q4 > -GOAL_HALF_WIDTH_MM * 16;
-        int32_t limit_x =
-            (PITCH_HALF_LENGTH_MM + (in_mouth ? GOAL_DEPTH_MM : 0) - BALL_RADIUS + 10) * 16;
-        int32_t limit_y = (PITCH_HALF_WIDTH_MM - BALL_RADIUS + 10) * 16;
-
-        /* mm/s * 10 ms * 16 = 41/256 of a q4 step. */
-        ball->x_q4 = clamp(ball->x_q4 + ((ball->vx_mm_s * 41) >> 8), -limit_x, limit_x);
-        ball->y_q4 = clamp(ball->y_q4 + ((ball->vy_mm_s * 41) >> 8), -limit_y, limit_y);
-    }
+    if (ball->vx_mm_s != 0 || ball->vy_mm_s != 0)
+        move_on(ball, BALL_RADIUS);
     dx = ball->x_q4 - pose->x_q4;
     dy = ball->y_q4 - pose->y_q4;
     if (dx >= CONTACT_MM * 16 || dx <= -CONTACT_MM * 16 || dy >= CONTACT_MM * 16 ||
@@ -300,6 +345,10 @@ void world_tick(world_t *world, const int32_t counts[2])
     grow_old(&world->ball, &pose, world->tuning->ball_drift_mm_s, 0, look);
     count_up(&world->ball_near_ticks);
     grow_old(&world->opponent, &pose, world->tuning->opponent_drift_mm_s, VIEW_NEAR_MM, look);
+    if (look)
+        be_shoved(world, &pose);
+    if (world->opponent.known)
+        go_on(&world->opponent);
     if (!world->ball.known)
         return;
     roll(world, &pose);

@@ -76,6 +76,9 @@ void world_start(world_t *world, const soccer_tuning_t *tuning, angle_t heading)
 /* One tick: travel of the wheels in encoder counts, [0] left, [1] right. */
 void world_tick(world_t *world, const int32_t counts[2]);
 
+/* Wheels have turned without the robot moving as they say: its place is less certain. */
+void world_slipped(world_t *world);
+
 /* What a report told, exposed `age_100us` ago. */
 void world_see(world_t *world, const sightings_t *sightings, uint32_t age_100us);
 

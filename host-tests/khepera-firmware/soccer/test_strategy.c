@@ -198,6 +198,105 @@ static void a_ball_that_is_not_where_it_should_be_is_forgotten(void)
     TEST_ASSERT_FALSE(world.ball.known);
 }
 
+static void every_reason_has_a_name(void)
+{
+    unsigned reason;
+
+    for (reason = 0; reason < STRATEGY_REASON_COUNT; reason++)
+        TEST_ASSERT_TRUE(strcmp("unknown", strategy_reason_name((strategy_reason_t)reason)) != 0);
+    TEST_ASSERT_EQUAL_STRING("unknown", strategy_reason_name(STRATEGY_REASON_COUNT));
+}
+
+static void each_change_of_state_is_told_with_its_reason(void)
+{
+    strategy_event_t event;
+
+    TEST_ASSERT_FALSE(strategy_take_event(&strategy, &event));
+    put(&world.ball, 0, 0);
+    stand_at(150, 0, 180);
+    (void)decide();
+    TEST_ASSERT_TRUE(strategy_take_event(&strategy, &event));
+    TEST_ASSERT_EQUAL(STRATEGY_SEARCH, event.from);
+    TEST_ASSERT_EQUAL(STRATEGY_APPROACH, event.to);
+    TEST_ASSERT_EQUAL(STRATEGY_BALL_FOUND, event.reason);
+    world.ball.known = 0;
+    (void)decide();
+    TEST_ASSERT_TRUE(strategy_take_event(&strategy, &event));
+    TEST_ASSERT_EQUAL(STRATEGY_BALL_LOST, event.reason);
+    TEST_ASSERT_FALSE(strategy_take_event(&strategy, &event));
+}
+
+static void changes_that_nobody_takes_are_lost_oldest_first(void)
+{
+    strategy_event_t event;
+    unsigned i;
+
+    put(&world.ball, 0, 0);
+    stand_at(150, 0, 180);
+    for (i = 0; i < STRATEGY_EVENTS + 3; i++) {
+        world.ball.known = i % 2 == 0;
+        (void)decide();
+    }
+    TEST_ASSERT_EQUAL_UINT16(3, strategy.events_lost);
+    for (i = 0; i < STRATEGY_EVENTS; i++)
+        TEST_ASSERT_TRUE(strategy_take_event(&strategy, &event));
+    TEST_ASSERT_FALSE(strategy_take_event(&strategy, &event));
+    TEST_ASSERT_EQUAL(strategy.state, event.to);
+}
+
+static void an_opponent_nearer_to_the_ball_makes_it_defend(void)
+{
+    put(&world.ball, -100, 100);
+    put(&world.opponent, 0, 160);
+    stand_at(300, 0, 180);
+    TEST_ASSERT_EQUAL(STRATEGY_DEFEND, decide());
+    /* Between ball and own goal it attacks instead, whoever is nearer. */
+    stand_at(-300, 50, 0);
+    TEST_ASSERT_EQUAL(STRATEGY_APPROACH, decide());
+    /* And an opponent not seen for long does not count. */
+    stand_at(300, 0, 180);
+    world.opponent.age_ticks = 300;
+    TEST_ASSERT_EQUAL(STRATEGY_APPROACH, decide());
+}
+
+static void a_ball_lost_while_pushing_is_searched(void)
+{
+    put(&world.ball, 0, 0);
+    stand_at(-150, 0, 0);
+    (void)decide();
+    TEST_ASSERT_EQUAL(STRATEGY_PUSH, decide());
+    world.ball.age_ticks = 200;
+    world.ball_near_ticks = 200;
+    pass(20, 100);
+    TEST_ASSERT_EQUAL_MESSAGE(STRATEGY_PUSH, strategy.state, "at first it goes on blindly");
+    pass(60, 100);
+    TEST_ASSERT_EQUAL(STRATEGY_SEARCH, strategy.state);
+    TEST_ASSERT_FALSE(world.ball.known);
+}
+
+static void a_ball_that_fills_the_eye_is_not_lost(void)
+{
+    put(&world.ball, 0, 0);
+    stand_at(-150, 0, 0);
+    (void)decide();
+    world.ball.age_ticks = 200;
+    world.ball_near_ticks = 3;
+    pass(80, 100);
+    TEST_ASSERT_EQUAL(STRATEGY_PUSH, strategy.state);
+}
+
+static void changed_parameters_count_at_once(void)
+{
+    soccer_tuning_t tuning = soccer_tuning_default;
+
+    strategy_start(&strategy, &tuning);
+    (void)decide();
+    TEST_ASSERT_EQUAL_INT16(tuning.search_turn_mm_s, wheels.right_mm_s);
+    tuning.search_turn_mm_s = 33;
+    (void)decide();
+    TEST_ASSERT_EQUAL_INT16(33, wheels.right_mm_s);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -214,5 +313,12 @@ int main(void)
     RUN_TEST(no_shot_goes_towards_the_own_goal);
     RUN_TEST(wheels_that_stand_still_make_it_back_off);
     RUN_TEST(a_ball_that_is_not_where_it_should_be_is_forgotten);
+    RUN_TEST(every_reason_has_a_name);
+    RUN_TEST(each_change_of_state_is_told_with_its_reason);
+    RUN_TEST(changes_that_nobody_takes_are_lost_oldest_first);
+    RUN_TEST(an_opponent_nearer_to_the_ball_makes_it_defend);
+    RUN_TEST(a_ball_lost_while_pushing_is_searched);
+    RUN_TEST(a_ball_that_fills_the_eye_is_not_lost);
+    RUN_TEST(changed_parameters_count_at_once);
     return UNITY_END();
 }

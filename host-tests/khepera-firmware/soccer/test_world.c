@@ -250,6 +250,72 @@ static void no_robot_drives_through_a_wall(void)
     TEST_ASSERT_TRUE(world.wall_ticks > 50);
 }
 
+static void what_is_not_seen_gets_older_and_less_certain(void)
+{
+    sight_t fresh;
+    sight_t old;
+
+    look_at_goal(1);
+    look_at(&seen.ball, 100, 40, 5);
+    see_for(20);
+    TEST_ASSERT_TRUE(world_sight(&world, &world.ball, &fresh));
+    stand(100);
+    TEST_ASSERT_TRUE(world_sight(&world, &world.ball, &old));
+    TEST_ASSERT_EQUAL_UINT16(100, world.ball.age_ticks);
+    TEST_ASSERT_TRUE(old.range_sigma_mm > fresh.range_sigma_mm + 100);
+    TEST_ASSERT_TRUE(old.bearing_sigma > fresh.bearing_sigma);
+}
+
+static void range_and_bearing_are_those_from_the_robot(void)
+{
+    sight_t sight;
+
+    TEST_ASSERT_FALSE(world_sight(&world, &world.ball, &sight));
+    TEST_ASSERT_FALSE(world_sight_goal(&world, 1, &sight));
+    look_at_goal(1);
+    look_at(&seen.ball, 0, 240, 5);
+    see_for(20);
+    TEST_ASSERT_TRUE(world_sight(&world, &world.ball, &sight));
+    TEST_ASSERT_UINT16_WITHIN(4, 283, sight.range_mm);
+    TEST_ASSERT_INT_WITHIN(ANGLE_DEGREES(1), ANGLE_DEGREES(45), sight.bearing);
+    TEST_ASSERT_TRUE(world_sight_goal(&world, 1, &sight));
+    TEST_ASSERT_UINT16_WITHIN(12, 726, sight.range_mm);
+    TEST_ASSERT_INT_WITHIN(ANGLE_DEGREES(1), -574, sight.bearing);
+    TEST_ASSERT_TRUE(world_sight_goal(&world, -1, &sight));
+    TEST_ASSERT_UINT16_WITHIN(12, 327, sight.range_mm);
+}
+
+static void a_ball_hidden_by_a_moving_opponent_goes_with_him(void)
+{
+    double x = 0;
+    int frame;
+
+    look_at_goal(1);
+    for (frame = 0; frame < 40; frame++) {
+        x += 200 * 0.02;
+        look_at(&seen.opponent, x - 6, 40, 4);
+        if (frame < 20)
+            look_at(&seen.ball, x - 6 + 70, 40, 4);
+        else
+            seen.ball.valid = 0;
+        see_for(1);
+    }
+    TEST_ASSERT_INT_WITHIN(30, lround(x) + 70, world.ball.x_q4 / 16);
+}
+
+static void a_ball_that_fills_the_eye_is_taken_to_be_before_the_robot(void)
+{
+    look_at_goal(1);
+    see_for(20);
+    seen.ball_near = 1;
+    seen.ball.forward_mm = 80;
+    seen.ball.sigma_mm = 30;
+    see_for(1);
+    TEST_ASSERT_TRUE(world.ball.known);
+    TEST_ASSERT_INT_WITHIN(10, -120, world.ball.x_q4 / 16);
+    TEST_ASSERT_TRUE_MESSAGE(world.ball.age_ticks > 10, "a guess is no sighting");
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -267,5 +333,9 @@ int main(void)
     RUN_TEST(what_should_be_in_view_and_is_not_becomes_doubtful);
     RUN_TEST(what_is_behind_the_robot_does_not);
     RUN_TEST(no_robot_drives_through_a_wall);
+    RUN_TEST(what_is_not_seen_gets_older_and_less_certain);
+    RUN_TEST(range_and_bearing_are_those_from_the_robot);
+    RUN_TEST(a_ball_hidden_by_a_moving_opponent_goes_with_him);
+    RUN_TEST(a_ball_that_fills_the_eye_is_taken_to_be_before_the_robot);
     return UNITY_END();
 }
