@@ -17,6 +17,8 @@
  * or for so many ticks. */
 #define FRESHNESS_JUMP_100US     20000
 #define FRESHNESS_RESYNC_TICKS   300u
+/* Reports after a jump agree on the new offset within this. */
+#define FRESHNESS_JITTER_100US   400
 /* Without a fresh report for so long, sequence numbers may begin anew. */
 #define FRESHNESS_SEQUENCE_TICKS 20u
 
@@ -25,8 +27,11 @@ typedef struct {
     uint16_t offset_100us; /* base's minus turret's at the quickest report */
     uint16_t quiet_ticks;  /* since the last fresh report; saturates */
     uint8_t sequence;
-    uint8_t creep; /* reports since the offset was last let grow */
-    uint8_t known; /* there has been a report */
+    uint8_t creep;     /* reports since the offset was last let grow */
+    uint8_t known;     /* there has been a report */
+    uint8_t jump_seen; /* the last report seemed to come after a jump of the turret's clock: */
+    uint8_t jump_sequence;
+    uint16_t jump_offset_100us;
 } freshness_t;
 
 void freshness_init(freshness_t *freshness);
