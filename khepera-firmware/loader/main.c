@@ -87,7 +87,7 @@ static void serve(void)
 
     loader.idle = breathe;
     if (greeted)
-        answer(LOADER_HELLO, greeting, NULL, 0);
+        answer(LOADER_HELLO, greeting, receiver.frame, 0);
     loader_receiver_init(&receiver);
     for (;;) {
         uint16_t size;

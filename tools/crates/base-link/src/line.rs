@@ -4,7 +4,7 @@ use std::io;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use serialport::{ClearBuffer, SerialPort, TTYPort};
+use serialport::{ClearBuffer, FlowControl, SerialPort, TTYPort};
 
 /// A serial line. Times are those of the line: simulated ones, if it is.
 pub trait Line {
@@ -54,8 +54,19 @@ impl SerialLine {
         })?;
         // The lock ends with the port, even where the system keeps the device alive (a pseudo-terminal).
         let _ = port.set_exclusive(true);
+        // Whoever had the line before may have left it otherwise.
+        let _ = port.set_flow_control(FlowControl::None);
         let _ = port.clear(ClearBuffer::Input);
         Ok(Self { port })
+    }
+
+    /// Obey XON and XOFF, or take them for characters as the loader's frames want it (as when opened).
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn flow_control(&mut self, on: bool) -> io::Result<()> {
+        let how = if on { FlowControl::Software } else { FlowControl::None };
+        self.port.set_flow_control(how).map_err(io::Error::from)
     }
 
     /// Another handle for the same port, for a second thread.

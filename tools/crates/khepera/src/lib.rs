@@ -436,6 +436,11 @@ impl Base {
         self.soc.memory.peek_word(address)
     }
 
+    /// Put a word into RAM at `address`, as a debugger would; false where there is no RAM.
+    pub fn poke_word(&mut self, address: u32, value: u16) -> bool {
+        self.soc.memory.poke_word(address, value)
+    }
+
     /// What the firmware did that the model does not cover or a chip would not forgive; each thing
     /// once.
     pub fn diagnostics(&self) -> &[Diagnostic] {

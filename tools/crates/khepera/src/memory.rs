@@ -154,6 +154,16 @@ impl Memory {
             _ => None,
         }
     }
+
+    /// Put a word into RAM; false where there is none.
+    pub fn poke_word(&mut self, address: u32, value: u16) -> bool {
+        let address = address & 0xFF_FFFE;
+        let ram = self.read_page(address).device == Device::Ram;
+        if ram {
+            self.set_ram_word(address, value);
+        }
+        ram
+    }
 }
 
 fn page_at(system: &Integration, address: u32, write: bool) -> Page {

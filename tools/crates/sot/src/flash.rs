@@ -14,6 +14,7 @@ use virtex::bitstream::Kind;
 use virtex::store::{Entry, header};
 
 use crate::flash_eeprom::{self, EepromArgs};
+use crate::flash_khepera::{self, KheperaArgs};
 use crate::flash_robot::{self, ManifestArgs};
 use crate::fpga::{entry_name, put_mark, slot_parser, status_in_words};
 use crate::output::read_file;
@@ -30,6 +31,7 @@ pub enum Command {
     Fx2(Fx2Args),
     Eeprom(EepromArgs),
     Fpga(FpgaArgs),
+    Khepera(KheperaArgs),
     Robot(ManifestArgs),
 }
 
@@ -108,6 +110,7 @@ pub fn run(command: &Command) -> Result<()> {
         Command::Fx2(args) => fx2(args),
         Command::Eeprom(args) => flash_eeprom::run(args),
         Command::Fpga(args) => fpga(args),
+        Command::Khepera(args) => flash_khepera::run(args),
         Command::Robot(args) => flash_robot::run(args),
     }
 }

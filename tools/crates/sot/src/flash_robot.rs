@@ -4,15 +4,18 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
+use base_link::Program;
 use common_sys::constants as c;
 use common_sys::link::ConfigStatus;
 use serde::Deserialize;
 use serde_json::json;
+use turret_link::select;
 use turret_link::turret::Turret;
 use virtex::store::Entry;
 
 use crate::flash::put_slot;
 use crate::flash_eeprom::{self, Wanted};
+use crate::flash_khepera;
 use crate::fpga::{load_entry, put_mark, status_in_words};
 use crate::robot_args::{Action, Outcome, RobotArgs};
 
@@ -81,7 +84,7 @@ struct Plan {
     entries: Vec<Entry>,
     default: Option<u8>,
     golden: Option<u8>,
-    base: Option<PathBuf>,
+    base: Option<Program>,
 }
 
 impl Plan {
@@ -125,10 +128,8 @@ impl Plan {
                 bail!("there is no slot {slot}, only 0 to {}", c::SLOT_COUNT - 1);
             }
         }
-        let base = manifest.base.map(|file| folder.join(file));
-        if let Some(path) = &base {
-            std::fs::metadata(path).with_context(|| format!("cannot read {}", path.display()))?;
-        }
+        let load = |file: PathBuf| flash_khepera::load_program(&folder.join(file));
+        let base = manifest.base.map(load).transpose()?;
         let Manifest { default, golden, .. } = manifest;
         Ok(Self { eeprom, entries, default, golden, base })
     }
@@ -147,8 +148,8 @@ pub fn run(args: &ManifestArgs) -> Result<()> {
     if let Err(error) = turret_parts(args, &plan, &mut |outcome| tell(&mut outcomes, outcome)) {
         tell(&mut outcomes, Outcome::new("turret", Action::Failed, format!("{error:#}")));
     }
-    if let Some(image) = &plan.base {
-        let outcome = base_part(args, image)
+    if let Some(program) = &plan.base {
+        let outcome = base_part(args, program)
             .unwrap_or_else(|error| Outcome::new("base", Action::Failed, format!("{error:#}")));
         tell(&mut outcomes, outcome);
     }
@@ -203,9 +204,13 @@ fn fpga_part(turret: &mut Turret, written: bool, dry_run: bool) -> Result<Outcom
 }
 
 /// The base, over its serial line.
-fn base_part(args: &ManifestArgs, image: &Path) -> Result<Outcome> {
-    let _ = (&args.base_line, image);
-    bail!("this program cannot write the base yet; use `sot flash khepera`")
+fn base_part(args: &ManifestArgs, program: &Program) -> Result<Outcome> {
+    let line = match &args.base_line {
+        Some(line) => line.clone(),
+        None => select::serial_line(args.robot.robot.as_ref())?,
+    };
+    let options = base_link::Options { dry_run: args.dry_run, ..base_link::Options::default() };
+    flash_khepera::put(&line, program, &options)
 }
 
 fn verdict(args: &ManifestArgs, plan: &Plan, outcomes: &[Outcome]) -> Result<()> {

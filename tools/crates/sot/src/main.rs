@@ -1,6 +1,9 @@
 //! `sot`: one command for the robot, its eyes and its twin.
 
 mod bitstream;
+mod console;
+mod console_lines;
+mod console_plot;
 mod desk;
 mod detect;
 mod disparity;
@@ -8,6 +11,7 @@ mod eyes;
 mod fifo_master;
 mod flash;
 mod flash_eeprom;
+mod flash_khepera;
 mod flash_robot;
 mod fpga;
 mod interrupt;
@@ -64,6 +68,7 @@ enum Verb {
     Flash(flash::Command),
     #[command(subcommand)]
     Fpga(fpga::Command),
+    Console(console::ConsoleArgs),
 }
 
 fn main() -> ExitCode {
@@ -84,6 +89,7 @@ fn main() -> ExitCode {
         Verb::Info(args) => list::info(&args),
         Verb::Flash(command) => flash::run(&command),
         Verb::Fpga(command) => fpga::run(&command),
+        Verb::Console(args) => console::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

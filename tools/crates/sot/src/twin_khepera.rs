@@ -9,6 +9,7 @@ use khepera::turret_bus::Unconnected;
 use khepera::{Base, Config, Load, ResetCause, WheelFault};
 use serde_json::{Value, json};
 use sim::{MS, Ps, SECOND};
+use turret_link::registry::{self, Kind, Twin};
 
 use crate::interrupt::{self, Interrupted};
 use crate::pty::Pty;
@@ -63,7 +64,7 @@ const REST: Duration = Duration::from_millis(1);
 /// Further behind the wall clock than this, the lost time is given up, not made up for.
 const LAG_MAX: Duration = Duration::from_millis(200);
 /// Characters handed to the emulated line at a time: the client's own buffer is the long one.
-const LINE_QUEUE: usize = 8;
+const LINE_QUEUE: usize = 32;
 const BROWN_OUT_MV: u32 = 3000;
 
 /// What can break.
@@ -199,6 +200,10 @@ impl Bench {
         self.run_until(START_UP.min(end));
         self.base.serial_take();
         let mut line = Line::new(Pty::open(args.pty.as_deref())?);
+        let serial = std::path::absolute(line.name())?;
+        let twin = Twin { kind: Kind::Khepera, usbredir: None, serial: Some(serial) };
+        // As long as this is kept, `sot list` shows it.
+        let _entry = registry::register(&twin).context("cannot tell others of this twin")?;
         eprintln!("{}: serial line at {}", image.display(), line.pty.name().display());
         let mut pace = Pace::new(self.base.now());
         while self.base.now() < end && !stop.load(Ordering::Relaxed) {
