@@ -215,6 +215,11 @@ impl Integration {
         self.portf & self.ddrf & !self.pfpar
     }
 
+    /// Pins of port F that are outputs and low; inputs are pulled up.
+    pub fn port_f_low(&self) -> u8 {
+        !self.portf & self.ddrf & !self.pfpar
+    }
+
     /// Port E as read; nothing but pull-ups lies on its pins.
     fn port_e(&self) -> u8 {
         let input = !self.ddre & !self.pepar;

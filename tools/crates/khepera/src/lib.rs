@@ -374,6 +374,11 @@ impl Base {
         self.soc.adc.set_proximity(values);
     }
 
+    /// What the IR sensors read with their emitters off, 0..=1023, brighter is lower; 500 until set.
+    pub fn set_ambient(&mut self, values: [u16; 8]) {
+        self.soc.adc.set_ambient(values);
+    }
+
     /// Battery voltage in mV: what the ADC reads and what the motors get. Below 3600 mV the supply
     /// supervisor holds the chip in reset until there are 3800 mV again. Takes effect with the next
     /// [`Base::run_until`].

@@ -275,7 +275,8 @@ impl Soc {
             Some(Pins::Select(pcs)) => turret.select(now, pcs),
             Some(Pins::Exchange { word, bits }) => {
                 let answer = if u32::from(self.qsm.qspi.pcs()) == board::BOARD_PCS_ADC {
-                    self.adc.exchange(now, word, bits)
+                    let off = self.system.port_f_low() >> board::BOARD_PF_EMITTERS & 1 != 0;
+                    self.adc.exchange(now, word, bits, !off)
                 } else {
                     turret.exchange(now, word, bits)
                 };
