@@ -126,7 +126,8 @@ static uint8_t obey_erase(loader_t *loader, const uint8_t *payload)
 {
     if (payload[0] >= BANK_SECTORS)
         return LOADER_OUT_OF_RANGE;
-    return erase(loader, bank_address[target(loader)] + payload[0] * BOARD_IMAGE_SECTOR_SIZE);
+    return erase(loader,
+                 bank_address[target(loader)] + (uint32_t)(payload[0] * BOARD_IMAGE_SECTOR_SIZE));
 }
 
 static int is_program_block(uint16_t block)

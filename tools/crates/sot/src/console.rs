@@ -176,19 +176,27 @@ impl<'a> Talk<'a> {
         Ok(())
     }
 
-    /// Whoever comes next shall not find variables streaming.
+    /// Whoever comes next shall not find variables streaming, nor the answer to our ending them.
     fn silence(&mut self) {
-        if self.streaming {
-            let _ = self.line.send(b"stream off\r\n");
+        if !self.streaming || self.line.send(b"stream off\r\n").is_err() {
+            return;
+        }
+        let started = Instant::now();
+        while started.elapsed() < self.patience {
+            let Ok(bytes) = self.line.receive(SLICE) else { return };
+            if self.splitter.take(&bytes).iter().any(|text| text.starts_with("ok: stream off")) {
+                return;
+            }
         }
     }
 
     fn end(mut self) -> Result<()> {
-        self.silence();
         // Half a line of variables is of no use; half an answer may be.
         if let Some(text) = self.splitter.rest().filter(|text| !text.starts_with('~')) {
             self.output.show(&text)?;
+            self.answered = true;
         }
+        self.silence();
         if self.asked && !self.answered {
             bail!(
                 "the base does not answer; is it switched on, and is the line's rate right (--baud)?"

@@ -1,0 +1,242 @@
+//! The base as a user meets it: `sot twin khepera`, `sot console` and `sot flash khepera` as programs.
+
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
+
+const FAILED: i32 = 1;
+const USAGE: i32 = 2;
+const INTERRUPTED: i32 = 130;
+const FIRMWARE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../build/firmware");
+
+fn sot(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sot"));
+    command
+        .args(arguments)
+        .current_dir(folder)
+        .env("STEREOSOT_FIRMWARE", FIRMWARE)
+        .env("XDG_RUNTIME_DIR", folder)
+        .stdin(Stdio::null());
+    command
+}
+
+fn output(folder: &Path, arguments: &[&str]) -> Output {
+    sot(folder, arguments).output().expect("sot was built")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Standard output of a command that must end with 0.
+fn told(folder: &Path, arguments: &[&str]) -> String {
+    let output = output(folder, arguments);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// A running twin and the folder that it is linked in.
+struct Twin {
+    folder: TempDir,
+    child: Child,
+}
+
+impl Twin {
+    fn start(arguments: &[&str]) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let all = [&["twin", "khepera", "--pty", "tty"], arguments].concat();
+        let child = sot(folder.path(), &all)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("sot was built");
+        let twin = Self { folder, child };
+        twin.wait_for(|twin| twin.line().exists(), "the pseudo-terminal");
+        twin
+    }
+
+    fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    fn line(&self) -> PathBuf {
+        self.path().join("tty")
+    }
+
+    fn wait_for(&self, condition: impl Fn(&Self) -> bool, what: &str) {
+        let started = Instant::now();
+        while !condition(self) {
+            assert!(started.elapsed() < Duration::from_secs(60), "no {what} within a minute");
+            sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Ctrl-C; exit code and standard output.
+    fn interrupt(mut self) -> (Option<i32>, String) {
+        let pid = self.child.id().to_string();
+        Command::new("kill").args(["-INT", &pid]).status().expect("kill is there");
+        let status = self.child.wait().expect("it was started");
+        let mut said = String::new();
+        let output = self.child.stdout.as_mut().expect("it is a pipe");
+        output.read_to_string(&mut said).expect("text");
+        assert!(fs::symlink_metadata(self.line()).is_err(), "the link goes with the twin");
+        (status.code(), said)
+    }
+}
+
+impl Drop for Twin {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// S-records of a program for RAM that sends the letter A again and again.
+fn letters() -> String {
+    let bytes = "31FC0052FC0831FC0008FC0A11FC0055FA2711FC00AAFA2708380000FC0C67EC31FC0041FC0E60E4";
+    let length = bytes.len() / 2 + 5;
+    let digits = format!("{length:02X}00102800{bytes}");
+    let sum = (0..digits.len()).step_by(2).fold(0u8, |sum, at| {
+        sum.wrapping_add(u8::from_str_radix(&digits[at..at + 2], 16).expect("digits"))
+    });
+    format!("S3{digits}{:02X}\nS70500102800C2\n", !sum)
+}
+
+#[test]
+fn a_console_talks_to_the_only_twin_and_a_script_gets_json() {
+    let twin = Twin::start(&["--json"]);
+    let listed = told(twin.path(), &["list"]);
+    assert!(listed.contains("serial:") && listed.contains("tty"), "{listed}");
+    assert!(told(twin.path(), &["console", "version"]).contains("StereoSot"));
+    assert_eq!(told(twin.path(), &["console", "G,100,-100", "H"]), "g\nh,100,-100\n");
+
+    let said = told(twin.path(), &["console", "--json", "H", "nonsense"]);
+    let lines: Vec<serde_json::Value> =
+        said.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    assert_eq!(lines[0]["line"], "h,100,-100");
+    assert_eq!((&lines[0]["kind"], &lines[1]["kind"]), (&"reply".into(), &"error".into()));
+
+    let command = "stream left.speed_mm_s,right.speed_mm_s 20";
+    let said = told(twin.path(), &["console", "--json", "--seconds", "1", command]);
+    let values = said.lines().filter(|line| line.contains("\"left.speed_mm_s\":0.0")).count();
+    assert!(values >= 10, "{values} values in a second: {said}");
+    // The stream ends with the console.
+    assert_eq!(told(twin.path(), &["console", "H"]), "h,100,-100\n");
+
+    let plot = output(twin.path(), &["console", "--plot", "left.speed_mm_s"]);
+    assert_eq!(plot.status.code(), Some(USAGE), "no terminal, no plot");
+    let (code, said) = twin.interrupt();
+    assert_eq!(code, Some(INTERRUPTED));
+    let report: serde_json::Value = serde_json::from_str(&said).expect("JSON at the end");
+    assert_eq!(report["resets"][0]["cause"], "power");
+    assert_eq!(report["diagnostics"], serde_json::json!([]));
+}
+
+#[test]
+fn lines_from_a_pipe_are_answered_in_turn() {
+    let twin = Twin::start(&[]);
+    let input = twin.path().join("script");
+    fs::write(&input, "\nG,1,2\n\nH\nE").expect("writable");
+    let output = sot(twin.path(), &["console"])
+        .stdin(fs::File::open(&input).expect("it is there"))
+        .output()
+        .expect("sot was built");
+    assert_eq!(text(&output.stdout), "g\nh,1,2\ne,0,0\n");
+}
+
+#[test]
+fn a_program_is_flashed_and_what_is_there_is_left_alone() {
+    let twin = Twin::start(&[]);
+    let said = told(twin.path(), &["flash", "khepera"]);
+    assert!(said.contains("unchanged"), "{said}");
+    twin.wait_for(|twin| answers(twin), "answer after the loader");
+
+    fs::write(twin.path().join("letters.s37"), letters()).expect("writable");
+    let said = told(twin.path(), &["flash", "khepera", "letters.s37", "--dry-run", "--json"]);
+    assert!(said.contains("would_write"), "{said}");
+    twin.wait_for(|twin| answers(twin), "answer after the dry run");
+    let said = told(twin.path(), &["flash", "khepera", "letters.s37"]);
+    assert!(said.contains("written") && said.contains("1 blocks sent"), "{said}");
+    twin.wait_for(|twin| told(twin.path(), &["console", "x"]).contains("AAAA"), "letters");
+
+    // That program does not listen.
+    let output = output(twin.path(), &["flash", "khepera"]);
+    assert_eq!(output.status.code(), Some(FAILED));
+    assert!(text(&output.stderr).contains("--wait"), "{}", text(&output.stderr));
+}
+
+fn answers(twin: &Twin) -> bool {
+    output(twin.path(), &["console", "--timeout", "0.5", "B"]).status.code() == Some(0)
+}
+
+#[test]
+fn a_twin_that_dies_under_a_flash_is_told() {
+    let mut twin = Twin::start(&[]);
+    let flash = sot(twin.path(), &["flash", "khepera", "--force", "--baud", "9600"])
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("sot was built");
+    sleep(Duration::from_secs(3));
+    twin.child.kill().expect("it runs");
+    let output = flash.wait_with_output().expect("it ends by itself");
+    assert_eq!(output.status.code(), Some(FAILED));
+    assert!(
+        text(&output.stderr).contains("the base keeps its program"),
+        "{}",
+        text(&output.stderr)
+    );
+}
+
+#[test]
+fn wrong_use_is_told_in_one_line() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("zeros"), [0; 100]).expect("writable");
+    fs::write(folder.path().join("there"), "").expect("writable");
+    for (arguments, code, words) in [
+        (&["flash", "khepera"][..], FAILED, "no robot found"),
+        (&["flash", "khepera", "--robot", "serial:no"], FAILED, "cannot open no"),
+        (&["flash", "khepera", "no.elf", "--robot", "serial:no"], FAILED, "no.elf"),
+        (&["flash", "khepera", "zeros", "--robot", "serial:no"], FAILED, "neither"),
+        (&["flash", "khepera", "--baud", "12345"], USAGE, "115200"),
+        (&["console", "--robot", "serial:no", "B"], FAILED, "cannot open no"),
+        (&["console", "--timeout", "x"], USAGE, "seconds"),
+        (&["twin", "khepera", "--fault", "flood@1"], USAGE, "encoder-stuck-left"),
+        (&["twin", "khepera", "--pty", "there"], FAILED, "not a link"),
+        (&["twin", "khepera", "zeros", "--seconds", "1"], FAILED, "neither an ELF"),
+    ] {
+        let output = output(folder.path(), arguments);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+        assert!(said.contains(words), "{arguments:?} does not say '{words}': {said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "{arguments:?}: {said}");
+    }
+}
+
+#[test]
+fn an_unpaced_run_prints_what_the_base_says_and_shows_faults() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let said = told(folder.path(), &["twin", "khepera", "--seconds", "2", "--json"]);
+    let report: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+    assert!(report["sim_seconds"].as_f64().is_some_and(|seconds| seconds >= 2.0));
+    let arguments = [
+        "twin",
+        "khepera",
+        "--seconds",
+        "2",
+        "--json",
+        "--fault",
+        "power-off@0.5",
+        "--fault",
+        "repaired@1",
+    ];
+    let report: serde_json::Value =
+        serde_json::from_str(&told(folder.path(), &arguments)).expect("JSON");
+    let causes: Vec<_> = report["resets"].as_array().expect("a list").iter().collect();
+    assert_eq!(causes.len(), 2, "{causes:?}");
+    assert_eq!(causes[1]["cause"], "power");
+}
