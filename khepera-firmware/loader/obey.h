@@ -27,7 +27,7 @@ typedef struct {
 /* Fill the table; nothing is active yet. The caller has set bus, memory, idle and context. */
 void loader_init(loader_t *loader);
 
-/* Find the newest image that is whole: 2 ms a KiB. */
+/* Find the newest image that is whole: 3 ms a KiB. */
 void loader_survey(loader_t *loader);
 
 /* Address in the flash of the active image's program. */
