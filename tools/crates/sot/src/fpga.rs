@@ -26,6 +26,7 @@ pub enum Command {
     Erase(EraseArgs),
     Default(MarkArgs),
     Golden(GoldenArgs),
+    Reg(crate::fpga_reg::RegArgs),
 }
 
 /// List the slots
@@ -182,6 +183,7 @@ pub fn run(command: &Command) -> Result<()> {
         Command::Erase(args) => erase(args),
         Command::Default(args) => mark(args, c::SLOT_RECORD_DEFAULT),
         Command::Golden(args) => mark(&args.mark, c::SLOT_RECORD_GOLDEN),
+        Command::Reg(args) => crate::fpga_reg::run(args),
     }
 }
 

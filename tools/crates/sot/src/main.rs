@@ -4,6 +4,7 @@ mod bitstream;
 mod console;
 mod console_lines;
 mod console_plot;
+mod camera;
 mod desk;
 mod detect;
 mod disparity;
@@ -14,6 +15,7 @@ mod flash_eeprom;
 mod flash_khepera;
 mod flash_robot;
 mod fpga;
+mod fpga_reg;
 mod interrupt;
 mod list;
 mod output;
@@ -22,6 +24,7 @@ mod program_symbols;
 mod pty;
 mod robot_args;
 mod snapshot;
+mod stream;
 mod twin;
 mod twin_khepera;
 mod twin_robot;
@@ -69,6 +72,10 @@ enum Verb {
     #[command(subcommand)]
     Fpga(fpga::Command),
     Console(console::ConsoleArgs),
+    #[command(subcommand)]
+    Stream(stream::Command),
+    #[command(subcommand)]
+    Camera(camera::Command),
 }
 
 fn main() -> ExitCode {
@@ -90,6 +97,8 @@ fn main() -> ExitCode {
         Verb::Flash(command) => flash::run(&command),
         Verb::Fpga(command) => fpga::run(&command),
         Verb::Console(args) => console::run(&args),
+        Verb::Stream(command) => stream::run(&command),
+        Verb::Camera(command) => camera::run(&command),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

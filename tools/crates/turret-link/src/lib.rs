@@ -8,6 +8,7 @@
 
 mod device;
 pub mod eeprom;
+pub mod eyes;
 pub mod ram;
 pub mod real;
 pub mod redirected;
