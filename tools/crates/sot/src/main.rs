@@ -5,6 +5,7 @@ mod console;
 mod console_lines;
 mod console_plot;
 mod camera;
+mod camera_fault;
 mod desk;
 mod detect;
 mod disparity;

@@ -1,5 +1,6 @@
 //! `sot stream`: both eyes to a file, and what is in such a file.
 
+use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};
 use std::io::{BufReader, BufWriter, IsTerminal, Read, Write};
 use std::path::{Path, PathBuf};
@@ -120,7 +121,7 @@ pub struct ExportArgs {
 /// Check a recording: gaps, order, and every report computed again
 ///
 /// The detectors are run on the recorded pairs; each must give, bit for bit, the report that the FPGA
-/// gave. Pairs that were lost because the client was slow are told, but are no error as long as the
+/// gave. With FILE.index beside it, every byte is compared with what was recorded. Pairs that were lost because the client was slow are told, but are no error as long as the
 /// turret counted the same. Exit code 1 if anything is wrong.
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -241,6 +242,7 @@ fn index_line(place: Place, record: &Record, host_ms: Option<u64>) -> Value {
     json!({
         "at": place.at,
         "bytes": place.bytes,
+        "crc32": place.crc32,
         "kind": if end { "end" } else { "frame" },
         "session": header.session,
         "number": header.number,
@@ -470,17 +472,52 @@ fn words(damage: &[Damage], found: &Findings) -> Vec<String> {
     damage.iter().map(ToString::to_string).chain(found.problems.iter().cloned()).collect()
 }
 
+/// Where each record begins and its CRC-32, as the index has them; nothing without an index.
+fn check_sums(file: &Path) -> Result<HashMap<u64, u32>> {
+    let path = index_of(file);
+    if !path.exists() {
+        return Ok(HashMap::new());
+    }
+    let text =
+        fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    let mut sums = HashMap::new();
+    for (number, line) in text.lines().enumerate() {
+        let entry: Option<(u64, u32)> = serde_json::from_str(line).ok().and_then(|line: Value| {
+            Some((line["at"].as_u64()?, u32::try_from(line["crc32"].as_u64()?).ok()?))
+        });
+        let Some((at, sum)) = entry else {
+            bail!(
+                "{}: line {} is no entry of an index; without the file the recording is checked \
+                 all the same",
+                path.display(),
+                number + 1
+            );
+        };
+        sums.insert(at, sum);
+    }
+    Ok(sums)
+}
+
 fn check(args: &CheckArgs) -> Result<()> {
     let mut checker = Checker::default();
     let mut records = 0;
-    let damage = for_each(&args.file, |_, record| {
+    let sums = check_sums(&args.file)?;
+    let mut altered = Vec::new();
+    let damage = for_each(&args.file, |place, record| {
         records += 1;
+        if sums.get(&place.at).is_some_and(|sum| *sum != place.crc32) {
+            let (number, eye) = (record.header().number, eye_name(record.header().eye));
+            altered.push(format!(
+                "pair {number}, {eye} eye: changed since it was recorded (CRC-32 of the index)"
+            ));
+        }
         checker.take(record);
         Ok(())
     })?;
     some_records(&args.file, records, &damage)?;
     let found = checker.finish();
-    let good = found.all_right() && damage.is_empty();
+    let good = found.all_right() && damage.is_empty() && altered.is_empty();
+    let problems = [altered.clone(), words(&damage, &found)].concat();
     if args.json {
         println!(
             "{}",
@@ -490,7 +527,8 @@ fn check(args: &CheckArgs) -> Result<()> {
                 "counts_agree": found.counts_differ == 0 && found.unended == 0,
                 "ended": found.unended == 0, "damaged": damage.len(), "torn": found.torn,
                 "reports_checked": found.reports, "reports_different": found.reports_differ,
-                "pattern_wrong": found.pattern_wrong, "problems": words(&damage, &found),
+                "pattern_wrong": found.pattern_wrong, "altered": altered.len(),
+                "problems": problems,
             })
         );
     } else {
@@ -502,7 +540,7 @@ fn check(args: &CheckArgs) -> Result<()> {
             damage.len()
         );
         println!("{} reports computed again, {} differ", found.reports, found.reports_differ);
-        words(&damage, &found).iter().for_each(|problem| println!("{problem}"));
+        problems.iter().for_each(|problem| println!("{problem}"));
     }
     if !good {
         bail!("{}: not all is right with this recording", args.file.display());

@@ -20,6 +20,7 @@ use twin::desk::Desk;
 use twin::flash;
 use twin::robot::{Images, Robot, boot_image};
 
+use crate::camera_fault::{self, CameraFault};
 use crate::interrupt::{self, Interrupted};
 use crate::output::Usage;
 use crate::play::{self, default_flash, read_image};
@@ -39,7 +40,8 @@ Examples:
   sot twin robot                                     as it leaves the workshop, at 127.0.0.1:4000
   sot twin robot --flash flash.img --eeprom boot.img the same robot as the last time
   sot twin robot --usbredir :0 --pty ./serial        any free port; the base's serial line at ./serial
-  sot info --robot twin:127.0.0.1:4000               in another terminal")]
+  sot info --robot twin:127.0.0.1:4000               in another terminal
+  sot twin robot --camera-fault left:no-ack@5..9     a loose plug, for four seconds")]
 pub struct RobotTwinArgs {
     /// Where to serve usbredir; without HOST this machine only, port 0 = any free one
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:4000")]
@@ -68,6 +70,10 @@ pub struct RobotTwinArgs {
     /// The fastest that the bus offers
     #[arg(long, value_enum, default_value_t = BusSpeed::High)]
     speed: BusSpeed,
+    /// Something is wrong with the cameras: [left:|right:]KIND[@FROM[..UNTIL]], times in simulated
+    /// seconds; KIND is no-ack, wrong-id, no-pixels, torn, stuck-clock or no-mux. May be given again
+    #[arg(long, value_name = "FAULT")]
+    camera_fault: Vec<CameraFault>,
     /// Draws where the robot stands
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -121,6 +127,7 @@ pub fn run(args: &RobotTwinArgs) -> Result<()> {
         flash_file,
         eeprom_file,
         eeprom,
+        camera_faults: args.camera_fault.clone(),
         next_chore: 0,
         trouble: None,
     };
@@ -209,6 +216,7 @@ struct Bench {
     eeprom_file: Option<File>,
     /// What the EEPROM's file holds.
     eeprom: Vec<u8>,
+    camera_faults: Vec<CameraFault>,
     next_chore: Ps,
     /// Why a file or the serial line is no longer looked after.
     trouble: Option<anyhow::Error>,
@@ -218,6 +226,7 @@ impl Bench {
     fn chores(&mut self) {
         let now = self.desk.robot.now();
         self.next_chore = now + CHORE_PERIOD;
+        camera_fault::apply(&self.camera_faults, now, &mut self.desk.robot.turret.cameras);
         if let Err(error) = self.keep_flash(now).and_then(|()| self.keep_eeprom()) {
             self.trouble.get_or_insert(error);
         }

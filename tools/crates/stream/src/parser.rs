@@ -13,6 +13,8 @@ pub struct Place {
     pub at: u64,
     /// How many it has.
     pub bytes: usize,
+    /// Their CRC-32.
+    pub crc32: u32,
 }
 
 /// Bytes that are no record.
@@ -41,7 +43,7 @@ pub enum Damage {
 }
 
 /// Cuts bytes, however they come in pieces, into records. After damage it goes on with the next record,
-/// which begins at a multiple of 512 bytes from the first.
+/// wherever that begins.
 #[derive(Clone, Debug, Default)]
 pub struct Parser {
     buffer: Vec<u8>,
@@ -87,10 +89,7 @@ impl Parser {
                 }
                 Err(why) => {
                     self.lost = self.lost.or(Some((self.at(), why)));
-                    if self.rest().len() < STREAM_BLOCK {
-                        return Ok(None);
-                    }
-                    self.used += STREAM_BLOCK;
+                    self.used += 1 + next_magic(&self.rest()[1..]);
                 }
             }
         }
@@ -99,19 +98,20 @@ impl Parser {
 
     fn take(&mut self, header: &StreamHeader) -> Option<(Place, Record)> {
         let at = self.at();
-        if u32::from(header.kind) == c::STREAM_END {
-            let bytes = STREAM_HEADER_SIZE;
-            self.used += bytes;
-            return Some((Place { at, bytes }, Record::End(*header)));
-        }
-        let bytes = frame_bytes(header);
+        let end = u32::from(header.kind) == c::STREAM_END;
+        let bytes = if end { STREAM_HEADER_SIZE } else { frame_bytes(header) };
         let record = self.rest().get(..bytes)?;
+        let place = Place { at, bytes, crc32: crc32fast::hash(record) };
+        if end {
+            self.used += bytes;
+            return Some((place, Record::End(*header)));
+        }
         let pixels = record[STREAM_BLOCK..]
             .chunks_exact(2)
             .map(|pixel| u16::from_be_bytes([pixel[0], pixel[1]]))
             .collect();
         self.used += bytes;
-        Some((Place { at, bytes }, Record::Frame(Frame { header: *header, pixels })))
+        Some((place, Record::Frame(Frame { header: *header, pixels })))
     }
 
     /// No more bytes will come.
@@ -137,6 +137,13 @@ impl Parser {
         };
         Err(Damage::CutShort { at, have, want })
     }
+}
+
+/// How many bytes are before the next magic number, or before what may be the beginning of one.
+fn next_magic(bytes: &[u8]) -> usize {
+    let magic = c::STREAM_MAGIC.to_be_bytes();
+    let whole = bytes.windows(magic.len()).position(|four| four == magic);
+    whole.unwrap_or_else(|| bytes.len().saturating_sub(magic.len() - 1))
 }
 
 #[cfg(test)]
@@ -171,18 +178,33 @@ mod tests {
 
     #[test]
     fn missing_bytes_are_named_once_and_the_next_record_is_found() {
-        let mut bytes = stream();
-        let frame_length = frame(0, 0, 0).len();
-        bytes.drain(frame_length + 512..frame_length + 1536);
-        let mut parser = Parser::default();
-        parser.push(&bytes);
-        // The second frame swallows the beginning of the third.
-        assert!(matches!(parser.next_record(), Ok(Some(_))));
-        assert!(matches!(parser.next_record(), Ok(Some(_))));
-        let damage = parser.next_record().expect_err("the third frame has no header");
-        assert!(matches!(damage, Damage::Lost { why: StreamError::NoHeader, .. }), "{damage}");
-        assert!(matches!(parser.next_record(), Ok(Some((_, Record::End(_))))));
-        assert_eq!(parser.finish(), Ok(()));
+        for missing in [1, 3, 512, 700, 100_000] {
+            let mut bytes = stream();
+            let frame_length = frame(0, 0, 0).len();
+            bytes.drain(frame_length + 512..frame_length + 512 + missing);
+            let mut parser = Parser::default();
+            parser.push(&bytes);
+            // The second frame swallows the beginning of the third.
+            assert!(matches!(parser.next_record(), Ok(Some(_))));
+            assert!(matches!(parser.next_record(), Ok(Some(_))));
+            let damage = parser.next_record().expect_err("the third frame has no header");
+            assert!(matches!(damage, Damage::Lost { why: StreamError::NoHeader, .. }), "{damage}");
+            assert!(matches!(parser.next_record(), Ok(Some((_, Record::End(_))))), "{missing}");
+            assert_eq!(parser.finish(), Ok(()));
+        }
+    }
+
+    #[test]
+    fn a_magic_number_that_comes_in_two_pieces_is_found() {
+        let bytes = [vec![0xAA; 100], end(0, 0, 0)].concat();
+        for cut in 98..106 {
+            let mut parser = Parser::default();
+            parser.push(&bytes[..cut]);
+            assert_eq!(parser.next_record(), Ok(None));
+            parser.push(&bytes[cut..]);
+            assert!(matches!(parser.next_record(), Err(Damage::Lost { at: 0, skipped: 100, .. })));
+            assert!(matches!(parser.next_record(), Ok(Some((_, Record::End(_))))), "{cut}");
+        }
     }
 
     #[test]
