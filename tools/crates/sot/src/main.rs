@@ -1,11 +1,11 @@
 //! `sot`: one command for the robot, its eyes and its twin.
 
 mod bitstream;
+mod camera;
+mod camera_fault;
 mod console;
 mod console_lines;
 mod console_plot;
-mod camera;
-mod camera_fault;
 mod desk;
 mod detect;
 mod disparity;
