@@ -754,4 +754,88 @@ mod tests {
         assert!(fpga.attention(now));
         assert!(!fpga.streams(now));
     }
+
+    #[test]
+    fn the_base_reads_registers_without_losing_its_report() {
+        let mut fpga = configured(Function::Soccer);
+        show(&mut fpga, FIRST_FRAME);
+        let now = FIRST_FRAME + MS;
+        fpga.select(now, true);
+        let words = [0x4000 | c::FPGA_REG_GOAL_ROW as u16, 0, 0];
+        let answer = words.map(|word| fpga.exchange(now, word, 16));
+        fpga.select(now, false);
+        let wire = register_read_encode(c::FPGA_REG_GOAL_ROW as u8, 60);
+        assert_eq!(answer[0], u16::MAX);
+        assert_eq!(answer[1].to_be_bytes(), wire[2..4]);
+        assert_eq!(answer[2].to_be_bytes(), wire[4..6]);
+        assert!(!fpga.attention(now), "the report goes on waiting");
+        assert!(read(&mut fpga, now).is_some());
+    }
+
+    #[test]
+    fn the_way_to_usb_is_the_fx2s_alone() {
+        let mut fpga = configured(Function::Soccer);
+        let wire = register_write_encode(c::FPGA_REG_STREAM as u8, 1);
+        let mut words = [0; REPORT_WORDS];
+        for (word, bytes) in words.iter_mut().zip(wire.chunks_exact(2)) {
+            *word = u16::from_be_bytes([bytes[0], bytes[1]]);
+        }
+        read_words(&mut fpga, FIRST_FRAME, &words);
+        assert!(!fpga.streams(FIRST_FRAME));
+    }
+
+    #[test]
+    fn registers_take_what_spec_says_and_nothing_else() {
+        let mut fpga = configured(Function::Soccer);
+        let now = FIRST_FRAME;
+        for (register, value, taken) in [
+            (c::FPGA_REG_FORMAT, 1, true),
+            (c::FPGA_REG_FORMAT, 2, false),
+            (c::FPGA_REG_SOURCE, 1, false),
+            (c::FPGA_REG_YELLOW_MARGIN, 255, true),
+            (c::FPGA_REG_YELLOW_MARGIN, 256, false),
+            (c::FPGA_REG_LOST, 1, false),
+            (c::FPGA_REG_CAMERA_TABLE, 0x1234, true),
+        ] {
+            let before = fpga.register(now, register as u8).expect("it is there");
+            let [high, low] = u16::to_be_bytes(value);
+            spi(&mut fpga, now, &[0x80 | register as u8, high, low]);
+            let wanted = if taken { value } else { before };
+            assert_eq!(
+                fpga.register(now, register as u8),
+                Some(wanted),
+                "{register:02x} := {value}"
+            );
+        }
+        for missing in [0x10, 0x3F] {
+            assert_eq!(fpga.register(now, missing), None);
+            assert_eq!(spi(&mut fpga, now, &[missing, 0, 0]), [0xFF; 3]);
+        }
+        let mut capture = configured(Function::Capture);
+        spi(&mut capture, now, &[0x80 | c::FPGA_REG_SOURCE as u8, 0, 1]);
+        assert_eq!(capture.register(now, c::FPGA_REG_SOURCE as u8), Some(1));
+    }
+
+    #[test]
+    fn large_frames_are_halved_for_the_detectors_and_others_are_not_taken() {
+        let mut fpga = configured(Function::Soccer);
+        let [left, right] = ball(69).map(|small| {
+            let rows = small.chunks_exact(WIDTH).flat_map(|row| [row, row]);
+            rows.flat_map(|row| row.iter().flat_map(|&pixel| [pixel, pixel])).collect::<Vec<_>>()
+        });
+        let end = FIRST_FRAME;
+        let frame = Frame { end, mid_exposure: end, left: &left, right: &right, flags: 0 };
+        assert!(!fpga.frame(&frame), "the format is 320x240");
+        assert_eq!(fpga.register(end, c::FPGA_REG_TORN as u8), Some(1));
+        spi(&mut fpga, end, &[0x80 | c::FPGA_REG_FORMAT as u8, 0, 1]);
+        assert!(fpga.frame(&frame));
+        let large = read(&mut fpga, end + MS).expect("a report");
+        spi(&mut fpga, end, &[0x80 | c::FPGA_REG_FORMAT as u8, 0, 0]);
+        show(&mut fpga, end + MS);
+        let small = read(&mut fpga, end + 2 * MS).expect("a report");
+        assert_eq!(
+            (large.ball_x_q4, large.ball_disparity_q4),
+            (small.ball_x_q4, small.ball_disparity_q4)
+        );
+    }
 }
