@@ -1,18 +1,19 @@
 # Prints what the image takes of the chip's memories, as one table, and fails above a limit.
-#   cmake -DMEM= -DCODE_BYTES= -DXDATA_BYTES= -DSTACK_MIN= -P check_sizes.cmake
+#   cmake -DMEM= -DCODE_BYTES= -DSCRATCH_BYTES= -DSCRATCH_CONSTANTS= -DSTACK_MIN= -P check_sizes.cmake
 # All figures are from the .mem file that sdcc writes.
 cmake_minimum_required(VERSION 3.25)
 
 file(READ "${MEM}" mem)
 
-if(NOT mem MATCHES "ROM/EPROM/FLASH +0x[0-9a-f]+ +0x[0-9a-f]+ +([0-9]+)")
+# Its size of the code counts the constants in the scratch RAM too; its last address does not.
+if(NOT mem MATCHES "ROM/EPROM/FLASH +0x0000 +0x([0-9a-f]+) ")
   message(FATAL_ERROR "${MEM} does not say how large the code is: is it sdcc's?")
 endif()
-set(code ${CMAKE_MATCH_1})
+math(EXPR code "0x${CMAKE_MATCH_1} + 1")
 if(NOT mem MATCHES "EXTERNAL RAM +(0x[0-9a-f]+ +0x[0-9a-f]+ +)?([0-9]+) ")
   message(FATAL_ERROR "${MEM} does not say how large the external RAM is: is it sdcc's?")
 endif()
-set(xdata ${CMAKE_MATCH_2})
+math(EXPR scratch "${CMAKE_MATCH_2} + ${SCRATCH_CONSTANTS}")
 if(NOT mem MATCHES "Stack starts at: 0x([0-9a-f]+)[^\n]* with ([0-9]+) bytes available")
   message(FATAL_ERROR "${MEM} does not say what is left for the stack: is it sdcc's?")
 endif()
@@ -47,7 +48,7 @@ endfunction()
 
 message("fx2-firmware, bytes             used   limit    left")
 row("code and constants" ${code} ${CODE_BYTES})
-row("scratch RAM (xdata)" ${xdata} ${XDATA_BYTES})
+row("scratch RAM" ${scratch} ${SCRATCH_BYTES})
 row("internal RAM (variables)" ${iram} 256)
 message("  stack: ${stack} bytes")
 if(stack LESS STACK_MIN)

@@ -2,15 +2,7 @@
 
 uint16_t crc16_ccitt(uint16_t crc, const uint8_t *data, uint16_t length)
 {
-    uint8_t x;
-
-    /* Eight steps of the polynomial x^16 + x^12 + x^5 + 1 at once: what leaves the register comes
-     * back at bits 12, 5 and 0, and its upper four bits do so a second time. */
-    while (length--) {
-        x = (uint8_t)((uint8_t)(crc >> 8) ^ *data++);
-        x ^= (uint8_t)(x >> 4);
-        crc = (uint16_t)((uint16_t)(crc << 8) ^ (uint16_t)((uint16_t)x << 12) ^
-                         (uint16_t)((uint16_t)x << 5) ^ x);
-    }
+    while (length--)
+        crc = crc16_ccitt_step(crc, *data++);
     return crc;
 }

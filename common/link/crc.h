@@ -11,6 +11,8 @@
  * Start with CRC16_INIT and feed as many pieces as you like. */
 #define CRC16_INIT 0xFFFFu
 uint16_t crc16_ccitt(uint16_t crc, const uint8_t *data, uint16_t length);
+/* The same, one byte more: for an 8051, to which pointers are dear. */
+uint16_t crc16_ccitt_step(uint16_t crc, uint8_t byte);
 
 /* CRC-32 (IEEE 802.3): reflected polynomial 0xEDB88320; check("123456789") = 0xCBF43926.
  * Start with CRC32_INIT, feed pieces, and finish with crc32_final. */

@@ -43,8 +43,8 @@
 #define REQUEST_CONFIG_BEGIN 0xB1u
 #define CONFIG_BEGIN_FULL    0u /* wValue: erase the FPGA first */
 #define CONFIG_BEGIN_PARTIAL 1u /* wValue: the design goes on running */
-/* OUT, wValue = wIndex = 0, no data: end whatever job is under way. Nothing under way is no error.
- */
+/* OUT, wValue = wIndex = 0, no data: end a job that moves data over USB. There being none is no
+ * error; others take their course. */
 #define REQUEST_ABORT        0xB2u
 /* OUT, alternate setting 0 or 2, wValue = slot 0..31 or CONFIG_BOOT_DEFAULT, wIndex = 0, no data:
  * configure the FPGA from the flash. */
@@ -59,7 +59,7 @@
 #define CONFIG_BUSY       1u /* still going on */
 #define CONFIG_NO_FLASH   2u /* the flash does not answer its CFI query, or is the wrong one */
 #define CONFIG_NO_DEFAULT 3u /* no slot is marked default */
-#define CONFIG_BAD_SLOT   4u /* the slot holds no whole bitstream */
+#define CONFIG_BAD_SLOT   4u /* the slot holds no whole bitstream for the board's part */
 #define CONFIG_NO_INIT    5u /* INIT# did not rise after PROG#: no FPGA, or no supply */
 #define CONFIG_CRC_ERROR  6u /* INIT# fell: the FPGA's CRC found the bitstream damaged */
 #define CONFIG_NO_DONE    7u /* all bytes are in but DONE stays low: not a whole bitstream */
@@ -96,7 +96,7 @@ typedef struct {
     uint8_t init;     /* level of INIT# now, 0 or 1 */
     uint8_t done;     /* level of DONE now, 0 or 1 */
     uint32_t bytes;   /* configuration bytes clocked into the FPGA */
-    uint32_t time_us; /* from its beginning (at power-on: the 8051's start) to the result */
+    uint32_t time_us; /* from its beginning to the result, in steps of 64, wraps after 4.2 s */
     uint8_t source;   /* CONFIG_FROM_*, CONFIG_PARTIAL */
     uint8_t cause;    /* with CONFIG_FROM_GOLDEN: the result of what failed before it */
 } config_status_t;
@@ -108,7 +108,7 @@ int config_status_decode(const uint8_t wire[CONFIG_STATUS_SIZE], config_status_t
 
 /* IN, wValue = wIndex = 0: how the last job on the store stands. */
 #define REQUEST_STORE_STATUS 0xB8u
-#define STORE_STATUS_SIZE    16u
+#define STORE_STATUS_SIZE    12u
 #define STORE_STATUS_VERSION 1u
 
 /* OUT, alternate setting 2, wValue = first block of STORE_BLOCK bytes (0..7FFF), wIndex = number of
@@ -156,11 +156,11 @@ typedef struct {
     uint8_t operation;    /* REQUEST_STORE_* */
     uint8_t slot;         /* that the operation is about; CONFIG_NO_SLOT for a read */
     uint32_t bytes;       /* of bitstream written, or read, so far */
-    uint8_t default_slot; /* 0..31 or CONFIG_NO_SLOT; CONFIG_NO_SLOT also while a job is busy */
+    uint8_t default_slot; /* 0..31 or CONFIG_NO_SLOT */
     uint8_t golden_slot;
 } store_status_t;
 
-/* Decode wire[0..15]. Returns 1, or 0 with *status untouched if the version is unknown. */
+/* Decode wire[0..11]. Returns 1, or 0 with *status untouched if the version is unknown. */
 int store_status_decode(const uint8_t wire[STORE_STATUS_SIZE], store_status_t *status);
 
 /* ---- FPGA registers and cameras ---- */
@@ -187,5 +187,8 @@ int store_status_decode(const uint8_t wire[STORE_STATUS_SIZE], store_status_t *s
  * STALLs if it does not answer. */
 #define REQUEST_EEPROM_READ 0xD0u
 #define EEPROM_READ_MAX     64u
+
+/* IN, wValue = 0, wIndex = 7: Microsoft OS 2.0 descriptor set, as the BOS descriptor announces. */
+#define REQUEST_MICROSOFT 0xF0u
 
 #endif

@@ -14,7 +14,9 @@ enum {
     AT_GENERATION = 16,
     AT_PART = 20,
     AT_NAME = 36,
-    AT_CRC16 = 62
+    AT_CRC16 = 62,
+    /* and of a record's */
+    AT_SEQUENCE = 2
 };
 
 /* 1 if wire[0..size-1] are all FF. */

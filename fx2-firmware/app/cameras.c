@@ -68,7 +68,7 @@ static void reset(void)
 }
 
 /* Send the table for the present format. */
-static void send_table(void)
+ONCE void send_table(void)
 {
     uint8_t address = FPGA_REG_CAMERA_TABLE;
     uint8_t left = FPGA_CAMERA_TABLE_ENTRIES;

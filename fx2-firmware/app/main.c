@@ -1,6 +1,9 @@
 /* The turret's FX2: brings the FPGA up from the flash, with or without a PC, and answers on USB. */
 #include "app/cameras.h"
 #include "app/configure.h"
+#include "app/descriptors.h"
+#include "app/store.h"
+#include "app/stream.h"
 #include "app/usb_device.h"
 #include "drivers/clock.h"
 #include "drivers/cpu.h"
@@ -17,7 +20,7 @@
 static uint8_t connected;
 static uint8_t configuring; /* a design may come up that wants its cameras set up */
 
-static void init(void)
+ONCE void init(void)
 {
     clock_enable();
     usb_init();
@@ -25,6 +28,8 @@ static void init(void)
     fpga_port_init();
     flash_bus_init();
     i2c_init();
+    /* If only the FX2 was started anew, the FPGA may still drive the flash's data lines. */
+    stream_close();
     cpu_allow_interrupts();
 }
 
@@ -36,7 +41,7 @@ static void connect_when_due(void)
     }
 }
 
-static void sleep_until_interrupt(void)
+ONCE void sleep_until_interrupt(void)
 {
     cpu_hold_interrupts();
     if (usb_has_events())
@@ -45,19 +50,29 @@ static void sleep_until_interrupt(void)
         cpu_sleep();
 }
 
+/* A design has come up, or none: what can only be done with the flash at rest. */
+static void after_configuration(void)
+{
+    cameras_setup();
+    if (!connected)
+        store_note_marks();
+}
+
 void main(void)
 {
     init();
-    configure_start();
+    configure_from_flash(CONFIG_BOOT_DEFAULT);
+    descriptors_init();
     for (;;) {
         uint8_t busy = usb_device_poll();
 
+        busy |= store_step();
         if (configure_step()) {
             busy = 1;
             configuring = 1;
         } else if (configuring) {
             configuring = 0;
-            cameras_setup();
+            after_configuration();
         }
         connect_when_due();
         if (!busy) {

@@ -47,6 +47,8 @@
 
 /* Flash: AMD command set, CFI, 128 Mbit as M29W128FH x8, 64 KiB sectors. */
 #define TURRET_FLASH_ACCESS_NS  70
+/* The FPGA, as .bit files name it. */
+#define TURRET_FPGA_PART        "v300ecs144"
 /* Virtex-E SelectMAP, XCV300E-6 (from memory of DS022, not confirmed): data set-up and hold at
  * CCLK's rising edge, longest CCLK without BUSY, shortest PROG# pulse. */
 #define TURRET_FPGA_SETUP_NS    5

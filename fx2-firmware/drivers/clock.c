@@ -2,7 +2,7 @@
 
 #include "drivers/fx2_regs.h"
 
-static volatile uint16_t overflows; /* of timer 0: written by the interrupt only */
+static volatile uint8_t overflows; /* of timer 0: written by the interrupt only */
 
 void clock_start(void)
 {
@@ -23,29 +23,26 @@ ISR(clock_overflow_isr, INTERRUPT_TIMER0)
     overflows++;
 }
 
-uint32_t clock_us(void)
-{
-    uint16_t upper;
-    uint8_t high;
-    uint8_t low;
-
-    /* Read again if the low byte or the whole timer overflowed in between. */
-    do {
-        upper = overflows;
-        high = TH0;
-        low = TL0;
-    } while (high != TH0 || upper != overflows);
-    return (((uint32_t)upper << 16) | ((uint16_t)((uint16_t)high << 8) | low)) >> 2;
-}
-
 uint16_t clock_ticks(void)
 {
     uint8_t upper;
     uint8_t high;
 
     do {
-        upper = (uint8_t)overflows;
+        upper = overflows;
         high = TH0;
-    } while (upper != (uint8_t)overflows);
+    } while (upper != overflows);
     return (uint16_t)((uint16_t)upper << 8) | high;
+}
+
+static uint16_t wait_begun;
+
+void clock_start_wait(void)
+{
+    wait_begun = clock_ticks();
+}
+
+uint8_t clock_waited(uint16_t limit)
+{
+    return (uint16_t)(clock_ticks() - wait_begun) > limit;
 }

@@ -13,15 +13,17 @@ void clock_start(void);
 /* Let timer 0's overflow interrupt be taken (once global interrupts are on). */
 void clock_enable(void);
 
-/* Microseconds since clock_start(), wraps after 71 minutes: compare times by subtracting them.
+/* Units of CLOCK_TICK_US since clock_start(), wraps after 4.2 s: compare times by subtracting them.
  * Not to be called from an interrupt, and not with interrupts off for longer than 16 ms. */
-uint32_t clock_us(void);
-
-/* The same time for time-outs, cheap on an 8051: units of 64 us, wraps after 4.2 s. */
 uint16_t clock_ticks(void);
-#define CLOCK_TICKS(us) ((uint16_t)((us) / 64ul + 1u))
+#define CLOCK_TICK_US   64u
+#define CLOCK_TICKS(us) ((uint16_t)((us) / CLOCK_TICK_US + 1u))
 
-/* Interrupt: the upper 16 bits of the count. */
+/* Waiting, one wait at a time: it begins; 1 if it lasts longer than `limit` ticks. */
+void clock_start_wait(void);
+uint8_t clock_waited(uint16_t limit);
+
+/* Interrupt: the upper half of the count. */
 ISR(clock_overflow_isr, 1);
 
 #endif

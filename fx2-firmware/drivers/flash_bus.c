@@ -6,12 +6,16 @@
 
 __sbit __at(0x80 + TURRET_PA_FLASH_CE) FLASH_CE_N;
 
-static void set_address(uint16_t block, uint16_t offset)
+uint16_t flash_at_block;
+uint16_t flash_at_offset;
+
+static void set_address(void)
 {
-    block += (uint8_t)(offset >> 8) / 2u;
+    uint16_t block = flash_at_block + (uint8_t)((uint8_t)(flash_at_offset >> 8) >> 1);
+
     IOD = (uint8_t)block;
     IOE = (uint8_t)(block >> 8);
-    gpif_set_offset(offset & (TURRET_FLASH_BLOCK - 1u));
+    gpif_set_offset(flash_at_offset & (TURRET_FLASH_BLOCK - 1u));
 }
 
 void flash_bus_init(void)
@@ -37,25 +41,27 @@ uint8_t flash_bus_is_selected(void)
     return !FLASH_CE_N;
 }
 
-void flash_bus_read(uint16_t block, uint16_t offset, XDATA uint8_t *data, uint8_t length)
+void flash_bus_read(XDATA uint8_t *data, uint8_t length)
 {
-    set_address(block, offset);
+    set_address();
     gpif_read(data, length);
 }
 
-uint8_t flash_bus_erased(uint16_t block, uint16_t offset, uint8_t length)
+void flash_bus_write(uint8_t value)
 {
-    set_address(block, offset);
-    return gpif_read_ones(length);
+    set_address();
+    gpif_write(value);
 }
 
-void flash_bus_write(uint16_t block, uint16_t offset, uint8_t value)
+void flash_bus_command(uint16_t offset, uint8_t value)
 {
-    set_address(block, offset);
+    IOD = (uint8_t)(offset >> 8) >> 1;
+    IOE = 0;
+    gpif_set_offset(offset & (TURRET_FLASH_BLOCK - 1u));
     gpif_write(value);
 }
 
 uint8_t flash_bus_ready(void)
 {
-    return (gpif_ready_pins() >> TURRET_RDY_FLASH) & 1u;
+    return gpif_ready_pins() & (1u << TURRET_RDY_FLASH);
 }

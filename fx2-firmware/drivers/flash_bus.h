@@ -11,27 +11,28 @@
 
 #include <stdint.h>
 
+/* Where the flash is read and written: set by the caller, moved by nothing here. */
+extern uint16_t flash_at_block;
+extern uint16_t flash_at_offset;
+
 /* Drive the address pins and deselect the flash. After gpif_init(). */
 void flash_bus_init(void);
 
 /* Select the flash; release it again. All that follows needs it selected. */
 void flash_bus_select(void);
 void flash_bus_release(void);
-
-/* 1 while it is selected: port C carries its address then. */
+/* 1 between the two: port C carries addresses, nobody else may use it. */
 uint8_t flash_bus_is_selected(void);
 
-/* Read `length` bytes (1..255) at `block` and `offset`. */
-void flash_bus_read(uint16_t block, uint16_t offset, XDATA uint8_t *data, uint8_t length);
-
-/* 1 if the `length` bytes (1..255) at `block` and `offset` are all FF. Much quicker than reading
- * them: the whole store is searched like this. */
-uint8_t flash_bus_erased(uint16_t block, uint16_t offset, uint8_t length);
+/* Read `length` bytes (1..255). */
+void flash_bus_read(XDATA uint8_t *data, uint8_t length);
 
 /* One write cycle: a command or a byte to program. Does not wait until the flash has done it. */
-void flash_bus_write(uint16_t block, uint16_t offset, uint8_t value);
+void flash_bus_write(uint8_t value);
+/* The same at `offset` from the flash's start. */
+void flash_bus_command(uint16_t offset, uint8_t value);
 
-/* RY/BY#: 1 = ready, 0 = erasing or programming. Without a flash: 1 (pull-up). */
+/* RY/BY#: not 0 = ready, 0 = erasing or programming. Without a flash: ready (pull-up). */
 uint8_t flash_bus_ready(void);
 
 #endif

@@ -9,23 +9,19 @@
 
 static uint16_t next_block;
 
-/* All but TCB1 is 0 whenever a block begins: the count before has expired. */
-static void clear_count(void)
-{
-    GPIFTCB3 = 0;
-    SYNCDELAY();
-    GPIFTCB2 = 0;
-    SYNCDELAY();
-    GPIFTCB0 = 0;
-    SYNCDELAY();
-}
+static const CODE register_value_t begin_table[] = {
+    {XREG_ADDRESS(GPIFIDLECTL), WE_N},
+    /* All but TCB1 is 0 whenever a block begins: the count before has expired. */
+    {XREG_ADDRESS(GPIFTCB3), 0},
+    {XREG_ADDRESS(GPIFTCB2), 0},
+    {XREG_ADDRESS(GPIFTCB0), 0},
+};
 
 void flash_stream_begin(uint16_t block)
 {
     next_block = block;
     gpif_set_offset(0); /* after 512 bytes GPIFADR[8:0] is there again by itself */
-    clear_count();
-    GPIFIDLECTL = WE_N;
+    registers_set(begin_table, sizeof begin_table / sizeof begin_table[0]);
 }
 
 void flash_stream_end(void)
@@ -33,7 +29,7 @@ void flash_stream_end(void)
     GPIFIDLECTL = REST;
 }
 
-static uint8_t await_done(void)
+ONCE uint8_t await_done(void)
 {
     uint8_t polls = POLLS_MAX;
 
@@ -49,7 +45,7 @@ static uint8_t await_done(void)
  * passing go to EP6 and are thrown away before each block, which always fits its first buffer: what
  * becomes of a sample without room does not matter. The host is held off meanwhile, as a FIFO's
  * reset demands. */
-uint8_t flash_stream_blocks(uint8_t count, uint16_t length)
+uint8_t flash_stream_blocks(uint8_t count)
 {
     uint8_t done;
 
@@ -61,12 +57,8 @@ uint8_t flash_stream_blocks(uint8_t count, uint16_t length)
         next_block++;
         FIFORESET = FIFORESET_NAKALL | 6;
         SYNCDELAY();
-        GPIFTCB1 = (uint8_t)(length >> 8);
+        GPIFTCB1 = TURRET_FLASH_BLOCK >> 8;
         SYNCDELAY();
-        if ((uint8_t)length != 0) {
-            GPIFTCB0 = (uint8_t)length;
-            SYNCDELAY();
-        }
         GPIFTRIG = GPIFTRIG_READ | GPIFTRIG_EP6;
         SYNCDELAY();
         done = await_done();

@@ -14,9 +14,8 @@
 void flash_stream_begin(uint16_t block);
 void flash_stream_end(void);
 
-/* Stream `length` bytes (1..512) from each of the next `count` blocks (1..255) and wait until they
- * are over: 57 us for 512. Less than 512 is for the last block only, with count = 1.
- * Returns 1, or 0 if a block did not end within twice its time; the GPIF is then stopped. */
-uint8_t flash_stream_blocks(uint8_t count, uint16_t length);
+/* Stream the next `count` blocks (1..255) and wait until they are over: 57 us each. Returns 1, or 0
+ * if a block did not end within twice its time; the GPIF is then stopped. */
+uint8_t flash_stream_blocks(uint8_t count);
 
 #endif

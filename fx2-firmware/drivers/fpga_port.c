@@ -28,10 +28,10 @@ void fpga_port_select(uint8_t selected)
 
 uint8_t fpga_port_init_level(void)
 {
-    return (gpif_ready_pins() >> TURRET_RDY_INIT) & 1u;
+    return gpif_ready_pins() & (1u << TURRET_RDY_INIT);
 }
 
 uint8_t fpga_port_done_level(void)
 {
-    return (gpif_ready_pins() >> TURRET_RDY_DONE) & 1u;
+    return gpif_ready_pins() & (1u << TURRET_RDY_DONE);
 }

@@ -16,11 +16,11 @@ void fpga_port_program(uint8_t pull);
 /* SelectMAP's CS#: 1 = selected, so that each rising CCLK takes a byte. */
 void fpga_port_select(uint8_t selected);
 
-/* Level of INIT#: low while the FPGA clears itself, and after it found a CRC error. Without an
- * FPGA: 1 (pull-up). */
+/* Level of INIT#, 0 = low: low while the FPGA clears itself, and after it found a CRC error.
+ * Without an FPGA: high (pull-up). */
 uint8_t fpga_port_init_level(void);
 
-/* Level of DONE: high when the FPGA runs its design. */
+/* Level of DONE, 0 = low: high when the FPGA runs its design. */
 uint8_t fpga_port_done_level(void);
 
 #endif

@@ -24,6 +24,7 @@ __sfr __at(0x8E) CKCON;
 __sfr __at(0x91) EXIF;
 __sfr __at(0xAA) EP2468STAT;
 __sfr __at(0xA0) IOC;
+__sfr __at(0xAB) EP24FIFOFLGS;
 __sfr __at(0xB0) IOD;
 __sfr __at(0xB1) IOE;
 __sfr __at(0xB2) OEA;
@@ -44,6 +45,8 @@ __sbit __at(0xAF) EA;
 
 #define EP2468STAT_EP2_EMPTY 0x01u
 #define EP2468STAT_EP6_FULL  0x20u
+
+#define EP24FIFOFLGS_EP2_EMPTY 0x02u
 
 #define TMOD_T0_16BIT 0x01u
 #define CKCON_T0M     0x08u /* timer 0 counts CLKOUT/4 instead of CLKOUT/12 */
@@ -89,6 +92,7 @@ __sbit __at(0xAF) EA;
 #define EPCFG_QUAD       0x00u
 #define EPCFG_DOUBLE     0x02u
 #define EP2FIFOCFG       XREG(0xE618)
+#define FIFOCFG_AUTOOUT  0x10u
 #define EP4FIFOCFG       XREG(0xE619)
 #define EP6FIFOCFG       XREG(0xE61A)
 #define EP8FIFOCFG       XREG(0xE61B)
@@ -101,11 +105,13 @@ __sbit __at(0xAF) EA;
 #define EPIE           XREG(0xE65E)
 #define EPIRQ          XREG(0xE65F)
 #define EPIRQ_EP0IN    0x01u
+#define EPIRQ_EP0OUT   0x02u
 #define EPIRQ_EP2      0x10u
 #define EPIRQ_EP6      0x40u
 #define USBIE          XREG(0xE65C)
 #define USBIRQ         XREG(0xE65D)
 #define USBIRQ_SUDAV   0x01u
+#define USBIRQ_SUSP    0x08u
 #define USBIRQ_URES    0x10u
 #define USBIRQ_HSGRANT 0x20u
 #define INTSETUP       XREG(0xE668)
@@ -119,6 +125,7 @@ __sbit __at(0xAF) EA;
 #define EP0CS_HSNAK    0x80u /* written as 1: the status stage may be acknowledged */
 #define EP0CS_BUSY     0x02u
 #define EP0CS_STALL    0x01u
+#define EP2BCH         XREG(0xE690)
 #define EP2BCL         XREG(0xE691)
 #define EPBCL_SKIP     0x80u /* OUT: give the buffer back to the host unread */
 #define EP6BCH         XREG(0xE698)
@@ -129,9 +136,7 @@ __sbit __at(0xAF) EA;
 #define TOGCTL         XREG(0xE683)
 #define TOGCTL_IN      0x10u
 #define TOGCTL_RESET   0x20u
-#define EP6FIFOBUF     ((volatile __xdata uint8_t *)0xF800)
 #define SETUPDAT       ((volatile __xdata uint8_t *)0xE6B8)
-#define EP0BUF         ((volatile __xdata uint8_t *)0xE740)
 
 /* ---- I2C ---- */
 #define I2CS         XREG(0xE678)
@@ -162,6 +167,9 @@ __sbit __at(0xAF) EA;
 #define GPIFTCB2             XREG(0xE6CF)
 #define GPIFTCB1             XREG(0xE6D0)
 #define GPIFTCB0             XREG(0xE6D1)
+#define EP2GPIFFLGSEL        XREG(0xE6D2)
+#define GPIFFLGSEL_EMPTY     0x01u
+#define EP2GPIFPFSTOP        XREG(0xE6D3)
 #define EP6GPIFPFSTOP        XREG(0xE6E3)
 #define GPIFREADYCFG         XREG(0xE6F3)
 #define GPIFREADYCFG_TCXRDY5 0x20u /* ready input 5 = transaction count expired */

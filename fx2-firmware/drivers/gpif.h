@@ -1,8 +1,9 @@
 /* The GPIF: bytes over FD[7:0] between the FX2, the flash and the FPGA, at 48 MHz.
  *
- * Three waveforms, written down with their timing in gpif.c: a flash read and a flash write, one
- * byte at a time under the CPU, and the stream from flash to FPGA, which drivers/flash_stream.h
- * uses. The caller has set the flash's upper address and the chip selects before.
+ * Four waveforms, written down with their timing in gpif.c: a flash read and a flash write, one
+ * byte at a time under the CPU, and the streams into the FPGA from the flash and from USB, which
+ * drivers/flash_stream.h and drivers/usb_stream.h use. The caller has set the flash's upper address
+ * and the chip selects before.
  *
  * Nothing here may be called from an interrupt. */
 #ifndef DRIVERS_GPIF_H
@@ -20,10 +21,6 @@ void gpif_set_offset(uint16_t offset);
 
 /* Read `length` bytes (1..255) from consecutive offsets. */
 void gpif_read(XDATA uint8_t *data, uint8_t length);
-
-/* 1 if `length` bytes (1..255) from consecutive offsets are all FF. Stops at the first that is not.
- */
-uint8_t gpif_read_ones(uint8_t length);
 
 /* One write cycle to the flash. */
 void gpif_write(uint8_t value);

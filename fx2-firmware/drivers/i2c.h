@@ -18,14 +18,18 @@ typedef enum {
     I2C_STUCK = 2   /* the clock line is held low; the transfer ends when it is let go */
 } i2c_error_t;
 
-/* What is written, and in the first place what was read. */
+/* What is written, and in the first place what was read. A program that writes more at once says so
+ * to the compiler. */
+#ifndef I2C_BYTES
 #define I2C_BYTES 2u
+#endif
 extern uint8_t i2c_bytes[I2C_BYTES];
 
 /* Choose 400 kHz. */
 void i2c_init(void);
 
-/* Write i2c_bytes[0..count-1], 0..2 bytes, to the device at the 7-bit address. Returns I2C_*. */
+/* Write i2c_bytes[0..count-1], 0..I2C_BYTES bytes, to the device at the 7-bit address. Returns
+ * I2C_*. */
 uint8_t i2c_write(uint8_t address, uint8_t count);
 
 /* Read one byte from it to i2c_bytes[0]. Returns I2C_*; on an error the byte means nothing. */

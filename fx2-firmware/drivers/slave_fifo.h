@@ -6,12 +6,12 @@
 #ifndef DRIVERS_SLAVE_FIFO_H
 #define DRIVERS_SLAVE_FIFO_H
 
-/* Open it, empty, with packets as long as the bus's speed has them. The FPGA's streaming pins
- * float.
- */
+/* Open it, with packets of usb_bulk_packet bytes. The endpoint is empty (drivers/usb_bulk.h), the
+ * FPGA's streaming pins float. */
 void slave_fifo_open(void);
 
-/* Back to the GPIF; what is in the buffers is thrown away. The FPGA's streaming pins float. */
+/* Back to the GPIF; the caller throws away what is in the buffers. The FPGA's streaming pins float.
+ */
 void slave_fifo_close(void);
 
 #endif

@@ -2,12 +2,13 @@
 
 #include "drivers/fx2_regs.h"
 
-#define EVENTS (USBIRQ_SUDAV | USBIRQ_URES)
+#define EVENTS (USBIRQ_SUDAV | USBIRQ_SUSP | USBIRQ_URES)
 
 /* USB_EVENT_*: set by the interrupt, cleared by usb_take_events(). */
 static volatile uint8_t pending;
 
 usb_setup_t usb_setup;
+XDATA AT(0xE740) uint8_t usb_control_data[USB_PACKET_EP0];
 
 /* The answer that is on its way. */
 static const XDATA uint8_t *answer;
@@ -37,7 +38,7 @@ static const CODE register_value_t setup[] = {
     {XREG_ADDRESS(USBIRQ), 0xFF},
     {XREG_ADDRESS(EPIRQ), 0xFF},
     {XREG_ADDRESS(USBIE), EVENTS},
-    {XREG_ADDRESS(EPIE), EPIRQ_EP0IN | EPIRQ_EP2 | EPIRQ_EP6},
+    {XREG_ADDRESS(EPIE), EPIRQ_EP0IN | EPIRQ_EP0OUT | EPIRQ_EP2 | EPIRQ_EP6},
 };
 
 void usb_init(void)
@@ -53,7 +54,7 @@ void usb_connect(void)
 
 uint8_t usb_is_high_speed(void)
 {
-    return (USBCS & USBCS_HSM) != 0;
+    return USBCS & USBCS_HSM;
 }
 
 uint8_t usb_has_events(void)
@@ -92,7 +93,7 @@ static uint8_t superseded(void)
 
 static void load_packet(void)
 {
-    volatile XDATA uint8_t *to = EP0BUF;
+    XDATA uint8_t *to = usb_control_data;
     uint8_t length = answer_left;
     uint8_t i;
 
@@ -124,6 +125,18 @@ void usb_control_continue(void)
 {
     if (answer_more && !superseded() && !(EP0CS & EP0CS_BUSY))
         load_packet();
+}
+
+void usb_control_receive(void)
+{
+    EP0BCL = 0; /* any write lets the host send */
+}
+
+uint8_t usb_control_received(void)
+{
+    if (superseded())
+        return 0;
+    return !(EP0CS & EP0CS_BUSY);
 }
 
 void usb_control_acknowledge(void)

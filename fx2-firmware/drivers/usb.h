@@ -25,6 +25,7 @@ extern usb_setup_t usb_setup;
 
 /* Events, as bits. */
 #define USB_EVENT_SETUP    0x01u /* a SETUP packet waits: usb_read_setup() */
+#define USB_EVENT_SUSPEND  0x08u /* nothing has moved on the bus for 3 ms: the cable, perhaps */
 #define USB_EVENT_RESET    0x10u /* bus reset: the device is unconfigured */
 #define USB_EVENT_ENDPOINT 0x80u /* an endpoint has sent or taken a packet */
 
@@ -32,7 +33,7 @@ extern usb_setup_t usb_setup;
  * to drivers/flash_stream.h until usb_bulk_open(). */
 void usb_init(void);
 
-/* 1 at high speed, 0 at full speed. Settled when the first SETUP arrives. */
+/* Not 0 at high speed, 0 at full speed. Settled when the first SETUP arrives. */
 uint8_t usb_is_high_speed(void);
 
 /* Connect the pull-up on D+: a host may find the device from now on. */
@@ -58,6 +59,13 @@ void usb_control_send(const XDATA uint8_t *data, uint8_t length, uint8_t short_o
 void usb_control_acknowledge(void);
 /* Refuse the request. */
 void usb_control_stall(void);
+
+/* A request that brings data, up to one packet, is answered when they are there: let the host send
+ * them, and once usb_control_received() returns 1 they are in usb_control_data
+ * (the chip's EP0BUF). */
+extern XDATA AT(0xE740) uint8_t usb_control_data[USB_PACKET_EP0];
+void usb_control_receive(void);
+uint8_t usb_control_received(void);
 
 /* Load the next packet of an answer when there is room: to be called after each interrupt. */
 void usb_control_continue(void);

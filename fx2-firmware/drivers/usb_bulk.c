@@ -3,9 +3,14 @@
 #include "drivers/fx2_regs.h"
 #include "drivers/usb.h"
 
-static uint16_t packet_size;
+#define BUFFERS 4u
 
-static void reset_fifos(void)
+uint16_t usb_bulk_packet;
+XDATA AT(0xF000) uint8_t usb_bulk_out_buffer[USB_BULK_PACKET_HIGH_SPEED];
+XDATA AT(0xF800) uint8_t usb_bulk_in_buffer[USB_BULK_PACKET_HIGH_SPEED];
+
+/* Both empty, and the host held off until end_reset(). */
+static void begin_reset(void)
 {
     FIFORESET = FIFORESET_NAKALL;
     SYNCDELAY();
@@ -13,32 +18,51 @@ static void reset_fifos(void)
     SYNCDELAY();
     FIFORESET = FIFORESET_NAKALL | 6;
     SYNCDELAY();
+}
+
+static void end_reset(void)
+{
     FIFORESET = 0;
     SYNCDELAY();
 }
 
-/* Hand a buffer to the host for its next packet, whatever was in it. */
-static void arm_out(void)
+void usb_bulk_reset(void)
+{
+    begin_reset();
+    end_reset();
+}
+
+/* Hand the buffer to the host for its next packet, whatever was in it. */
+void usb_bulk_out_next(void)
 {
     EP2BCL = EPBCL_SKIP;
     SYNCDELAY();
 }
 
+void usb_bulk_arm(void)
+{
+    uint8_t buffers = BUFFERS;
+
+    begin_reset();
+    do {
+        usb_bulk_out_next();
+    } while (--buffers);
+    end_reset(); /* not before: the next one would throw away a packet that came in between */
+}
+
 void usb_bulk_open(void)
 {
-    packet_size = usb_is_high_speed() ? USB_BULK_PACKET_HIGH_SPEED : USB_BULK_PACKET_FULL_SPEED;
-    EP2CFG = EPCFG_VALID | EPCFG_BULK | EPCFG_DOUBLE;
-    reset_fifos();
+    usb_bulk_packet = usb_is_high_speed() ? USB_BULK_PACKET_HIGH_SPEED : USB_BULK_PACKET_FULL_SPEED;
+    EP2CFG = EPCFG_VALID | EPCFG_BULK | EPCFG_QUAD;
+    usb_bulk_reset();
     usb_bulk_halt(USB_BULK_OUT, 0);
     usb_bulk_halt(USB_BULK_IN, 0);
-    arm_out();
-    arm_out();
 }
 
 void usb_bulk_close(void)
 {
     EP2CFG = EPCFG_INVALID;
-    reset_fifos();
+    usb_bulk_reset();
 }
 
 /* The register is written once to choose the endpoint and once more to change it (TRM 15.8). */
@@ -68,16 +92,26 @@ uint8_t usb_bulk_is_halted(uint8_t endpoint)
     return (endpoint == USB_BULK_OUT ? EP2CS : EP6CS) & EPCS_STALL;
 }
 
-static void send_zeros(void)
+uint8_t usb_bulk_out_waits(void)
 {
-    volatile XDATA uint8_t *to = EP6FIFOBUF;
-    uint16_t left;
+    return !(EP2468STAT & EP2468STAT_EP2_EMPTY);
+}
 
-    for (left = packet_size; left != 0; left--)
-        *to++ = 0;
-    EP6BCH = (uint8_t)(packet_size >> 8);
+uint16_t usb_bulk_out_length(void)
+{
+    return (uint16_t)((uint16_t)EP2BCH << 8) | EP2BCL;
+}
+
+uint8_t usb_bulk_in_room(void)
+{
+    return !(EP2468STAT & EP2468STAT_EP6_FULL);
+}
+
+void usb_bulk_in_send(void)
+{
+    EP6BCH = (uint8_t)(usb_bulk_packet >> 8);
     SYNCDELAY();
-    EP6BCL = (uint8_t)packet_size;
+    EP6BCL = (uint8_t)usb_bulk_packet;
     SYNCDELAY();
 }
 
@@ -85,12 +119,17 @@ uint8_t usb_bulk_serve(void)
 {
     uint8_t served = 0;
 
-    if (!(EP2468STAT & EP2468STAT_EP2_EMPTY)) {
-        arm_out();
+    if (usb_bulk_out_waits()) {
+        usb_bulk_out_next();
         served = 1;
     }
-    if (!(EP2468STAT & EP2468STAT_EP6_FULL)) {
-        send_zeros();
+    if (usb_bulk_in_room()) {
+        XDATA uint8_t *to = usb_bulk_in_buffer;
+        uint16_t left;
+
+        for (left = usb_bulk_packet; left != 0; left--)
+            *to++ = 0;
+        usb_bulk_in_send();
         served = 1;
     }
     return served;

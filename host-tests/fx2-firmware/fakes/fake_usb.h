@@ -26,6 +26,19 @@ extern int fake_usb_bulk_halted_in;
 void fake_usb_setup(uint8_t type, uint8_t number, uint16_t value, uint16_t index, uint16_t length);
 void fake_usb_bus_reset(void);
 
+/* The data of the request that was put before it last. */
+void fake_usb_data(const uint8_t *data, uint16_t length);
+void fake_usb_suspend(void);
+
+/* The bulk endpoints' packets, with alternate setting 2: what the host has sent, so many
+ * bytes still to be taken, and what it has got. */
+extern const uint8_t *fake_usb_out;
+extern uint32_t fake_usb_out_left;
+extern int fake_usb_out_armed;
+extern uint8_t fake_usb_in[65536];
+extern uint32_t fake_usb_in_count;
+extern int fake_usb_in_full; /* the host does not fetch anything */
+
 /* Answers of any kind to the last SETUP packet: should be one. */
 int fake_usb_answers(void);
 
