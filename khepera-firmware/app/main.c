@@ -238,11 +238,7 @@ static void poll_drivers(void)
 static void wait_for_work(void)
 {
     tasks_sleep(&robot.tasks, tick_fine());
-    (void)access_mask();
-    while (!interrupts_work) {
-        access_sleep();
-        (void)access_mask();
-    }
+    access_sleep_until(&interrupts_work);
     interrupts_work = 0;
     access_unmask();
     tasks_wake(&robot.tasks, tick_fine());

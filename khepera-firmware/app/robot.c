@@ -7,11 +7,13 @@
 
 /* Console characters a poll: a flood may not starve the control loop. */
 #define READ_MAX        64
+/* The converter's readings are renewed so often. */
+#define SENSOR_TICKS    2u
 #define LED_PLAYING     1u
 #define LED_BALL        2u
 #define MS_PER_TICK     10u
 /* Below the threshold for so long: a motor's start pulls the battery down for less. */
-#define BATTERY_LOW_MAX 50u
+#define BATTERY_LOW_MAX 25u
 /* Room that live log lines and streamed lines leave to answers. */
 #define BACKGROUND_ROOM (ROBOT_REPLY_ROOM + 1024u)
 
@@ -360,7 +362,7 @@ void robot_tick(robot_t *robot)
     if (robot->playing) {
         soccer_tick(&robot->soccer, moved);
         drive = steer(robot);
-    } else {
+    } else if (moved[0] != 0 || moved[1] != 0) {
         base_pose_add(&robot->pose, moved);
     }
     if (!drive)
@@ -371,7 +373,8 @@ void robot_tick(robot_t *robot)
     robot->base->motors(robot->base->context, duty[0], duty[1]);
     tell_faults(robot);
     tell_transitions(robot);
-    read_sensors(robot);
+    if (robot->ticks % SENSOR_TICKS == 0)
+        read_sensors(robot);
     show_leds(robot);
     tasks_ran(&robot->tasks, TASK_CONTROL, begin, now_fine(robot));
     send_telemetry(robot);

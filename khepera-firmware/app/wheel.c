@@ -41,6 +41,8 @@ void wheel_init(wheel_t *wheel)
     wheel->top_q8 = 256;
     wheel->acceleration_q8 = 1;
     wheel->ramp_q8 = 1;
+    wheel->sum_gain = -1;
+    wheel->top_mm_s = 0; /* none: see take_settings() */
     wheel_off(wheel);
 }
 
@@ -143,12 +145,22 @@ static void trapezoid(wheel_t *wheel)
 
 /* ---- Control ---- */
 
-static int32_t forward_duty(const wheel_settings_t *settings, int32_t speed_q8,
-                            int32_t friction_sign)
+/* Divisions are dear: done when a setting has changed. */
+static void take_settings(wheel_t *wheel, const wheel_settings_t *settings)
 {
-    int32_t duty = speed_q8 * WHEEL_DUTY_MAX / Q8_PER_MM_S(settings->top_mm_s);
+    if (wheel->top_mm_s == settings->top_mm_s &&
+        wheel->current_percent == settings->current_percent)
+        return;
+    wheel->top_mm_s = settings->top_mm_s;
+    wheel->current_percent = settings->current_percent;
+    wheel->duty_q16 = WHEEL_DUTY_MAX * 65536L / Q8_PER_MM_S(settings->top_mm_s);
+    wheel->current_limit = WHEEL_DUTY_MAX * settings->current_percent / 100;
+}
 
-    return duty + friction_sign * settings->friction;
+/* Duty that a motor needs to turn at this speed without a load. */
+static int32_t forward_duty(const wheel_t *wheel, int32_t speed_q8)
+{
+    return speed_q8 * wheel->duty_q16 / 65536;
 }
 
 static int32_t sign_of(int32_t value)
@@ -164,11 +176,15 @@ static int32_t pid(const wheel_gains_t *gains, int32_t error_q8, int32_t sum_q8,
 }
 
 /* Keep the integral's share within the duty: more would only be paid back later. */
-static int32_t sum_limit_q8(const wheel_gains_t *gains)
+static int32_t limit_sum(wheel_t *wheel, const wheel_gains_t *gains, int32_t sum_q8)
 {
-    int32_t limit = gains->i == 0 ? 0 : WHEEL_DUTY_MAX * 128 * GAIN_ONE / gains->i;
-
-    return limit > ERROR_LIMIT_Q8 ? ERROR_LIMIT_Q8 : limit;
+    if (wheel->sum_gain != gains->i) {
+        wheel->sum_gain = gains->i;
+        wheel->sum_limit_q8 = gains->i == 0 ? 0 : WHEEL_DUTY_MAX * 128 * GAIN_ONE / gains->i;
+        if (wheel->sum_limit_q8 > ERROR_LIMIT_Q8)
+            wheel->sum_limit_q8 = ERROR_LIMIT_Q8;
+    }
+    return clamp(sum_q8, wheel->sum_limit_q8);
 }
 
 static int32_t speed_duty(const wheel_t *wheel, const wheel_settings_t *settings)
@@ -178,7 +194,7 @@ static int32_t speed_duty(const wheel_t *wheel, const wheel_settings_t *settings
     /* At rest and on the spot: off, not humming. */
     if (wheel->command_q8 == 0 && wheel->set_q8 == 0 && wheel->measured_q8 == 0)
         return 0;
-    return forward_duty(settings, wheel->set_q8, sign_of(wheel->set_q8)) +
+    return forward_duty(wheel, wheel->set_q8) + sign_of(wheel->set_q8) * settings->friction +
            pid(&settings->speed, error_q8, wheel->lag_q8, error_q8 - wheel->last_error_q8);
 }
 
@@ -187,7 +203,7 @@ static int32_t step_speed(wheel_t *wheel, const wheel_settings_t *settings)
     int32_t duty;
 
     wheel->lag_q8 =
-        clamp(wheel->lag_q8 + wheel->set_q8 - wheel->measured_q8, sum_limit_q8(&settings->speed));
+        limit_sum(wheel, &settings->speed, wheel->lag_q8 + wheel->set_q8 - wheel->measured_q8);
     if (wheel->command_q8 == 0 && wheel->set_q8 == 0 && wheel->measured_q8 == 0)
         wheel->lag_q8 = 0;
     ramp(wheel);
@@ -213,19 +229,18 @@ static int32_t step_position(wheel_t *wheel, const wheel_settings_t *settings)
     }
     if (size_of(wheel->lag_q8) > near_q8 || wheel->set_q8 != 0)
         wheel->arrived = 0;
-    wheel->sum_q8 = clamp(wheel->sum_q8 + wheel->lag_q8, sum_limit_q8(gains));
+    wheel->sum_q8 = limit_sum(wheel, gains, wheel->sum_q8 + wheel->lag_q8);
     push = wheel->set_q8 != 0 ? sign_of(wheel->set_q8) : sign_of(wheel->lag_q8);
-    return forward_duty(settings, wheel->set_q8, push) +
+    return forward_duty(wheel, wheel->set_q8) + push * settings->friction +
            pid(gains, wheel->lag_q8, wheel->sum_q8, wheel->set_q8 - wheel->measured_q8);
 }
 
 /* The motor's current follows from what the duty is above the speed's own voltage. */
-static int32_t limit_current(const wheel_t *wheel, const wheel_settings_t *settings, int32_t duty)
+static int32_t limit_current(const wheel_t *wheel, int32_t duty)
 {
-    int32_t own = forward_duty(settings, wheel->measured_q8, 0);
-    int32_t limit = WHEEL_DUTY_MAX * settings->current_percent / 100;
+    int32_t own = forward_duty(wheel, wheel->measured_q8);
 
-    return clamp(own + clamp(duty - own, limit), WHEEL_DUTY_MAX);
+    return clamp(own + clamp(duty - own, wheel->current_limit), WHEEL_DUTY_MAX);
 }
 
 static void watch_for_stall(wheel_t *wheel, int32_t counts)
@@ -245,11 +260,14 @@ static int is_zero(const wheel_gains_t *gains)
 static int32_t control(wheel_t *wheel, const wheel_settings_t *settings)
 {
     int position = wheel->mode == WHEEL_POSITION;
-    int32_t duty = position ? step_position(wheel, settings) : step_speed(wheel, settings);
+    int32_t duty;
+
+    take_settings(wheel, settings);
+    duty = position ? step_position(wheel, settings) : step_speed(wheel, settings);
 
     if (is_zero(position ? &settings->position : &settings->speed))
         return 0;
-    return limit_current(wheel, settings, duty);
+    return limit_current(wheel, duty);
 }
 
 int16_t wheel_step(wheel_t *wheel, const wheel_settings_t *settings, int32_t counts)
@@ -281,7 +299,7 @@ int16_t wheel_refresh(const wheel_t *wheel, const wheel_settings_t *settings)
         return wheel->duty;
     /* On a copy: the ramp itself advances once a period. */
     ramp(&ahead);
-    return (int16_t)limit_current(&ahead, settings, speed_duty(&ahead, settings));
+    return (int16_t)limit_current(&ahead, speed_duty(&ahead, settings));
 }
 
 int wheel_stalled(const wheel_t *wheel)

@@ -46,7 +46,13 @@ typedef struct {
     int32_t measured_q8;  /* speed of the last period */
     int32_t lag_q8;       /* counts that the wheel is behind its set motion */
     int32_t last_error_q8;
-    int32_t sum_q8;        /* of the errors */
+    int32_t sum_q8;   /* of the errors */
+    int32_t top_mm_s; /* settings that what follows was computed from */
+    int32_t current_percent;
+    int32_t duty_q16;      /* feed-forward of a speed of 1/256 */
+    int32_t current_limit; /* duty above the speed's own */
+    int32_t sum_gain;      /* integral gain that sum_limit_q8 was computed from */
+    int32_t sum_limit_q8;
     int16_t duty;          /* the last answer */
     uint8_t still_periods; /* driven, and no count; saturates */
     uint8_t arrived;       /* WHEEL_POSITION: at rest within the tolerance */

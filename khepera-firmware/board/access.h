@@ -37,11 +37,23 @@ static inline void access_unmask(void)
     __asm__ volatile("andi.w #0xF8FF, %%sr" : : : "memory", "cc");
 }
 
-/* Unmask and sleep until the next interrupt, in one instruction: an interrupt that came between the
- * caller's last look (with interrupts masked) and this is not slept through. */
-static inline void access_sleep(void)
+/* Sleep until *flag is set, then return with interrupts masked. An interrupt that comes between the
+ * look at the flag and the STOP is not slept through: STOP unmasks and sleeps in one. */
+static inline void access_sleep_until(volatile uint8_t *flag)
 {
-    __asm__ volatile("stop #0x2000" : : : "memory", "cc");
+    __asm__ volatile("1:\tori.w #0x0700, %%sr\n\t"
+                     "tst.b %0\n\t"
+                     "jne 2f\n\t"
+                     "stop #0x2000\n\t"
+                     "jra 1b\n"
+                     "2:"
+                     :
+                     : "Q"(*flag)
+                     : "memory", "cc");
 }
+
+/* Count a global variable up or down in one instruction that needs no register. */
+#define ACCESS_INCREMENT(variable) __asm__ volatile("addq.l #1, " #variable : : : "memory", "cc")
+#define ACCESS_DECREMENT(variable) __asm__ volatile("subq.l #1, " #variable : : : "memory", "cc")
 
 #endif

@@ -1,7 +1,7 @@
 /* The analogue-to-digital converter on the QSPI: eight IR sensors, battery, free inputs.
  *
- * Every 20 ms all inputs are read with the IR emitters on (proximity: 0 far .. 1023 near) and the
- * eight sensors with the emitters off (ambient light: brighter is lower), in turns of one tick. */
+ * Every 20 ms all inputs are read with the IR emitters on (proximity: 0 far .. 1023 near), and
+ * every 100 ms the eight sensors with the emitters off (ambient light: brighter is lower). */
 #ifndef DRIVERS_ADC_H
 #define DRIVERS_ADC_H
 
@@ -20,7 +20,7 @@ typedef struct {
 /* Call once, after qspi_init(). */
 void adc_init(void);
 
-/* Once a tick: turn to the next half of the readings. */
+/* Once a tick: begins the readings that are due. */
 void adc_tick(void);
 
 /* The newest readings. */

@@ -12,10 +12,14 @@
 
 /* Written by the capture interrupts only; a long is read in one instruction that no interrupt
  * splits. */
-static volatile int32_t count[2];
+extern volatile int32_t encoders_left;
+extern volatile int32_t encoders_right;
+volatile int32_t encoders_left;
+volatile int32_t encoders_right;
 
-/* Thousands of edges a second: kept so short that the compiler needs one register. Rolling forward,
- * A and B differ right after an edge of A. */
+/* Thousands of edges a second: every word fetched counts, and so does every register to save;
+ * written this way the compiler needs one. Rolling forward, A and B differ right after an edge of
+ * A. */
 INTERRUPT void encoder_left_isr(void);
 INTERRUPT void encoder_left_isr(void)
 {
@@ -24,11 +28,17 @@ INTERRUPT void encoder_left_isr(void)
     /* A flag clears by being read as 1 and then written as 0; ones leave the others alone. */
     (void)TFLG1;
     TFLG1 = (uint8_t)~TFLG1_IC1;
-    pins = PORTGP & (LEFT_A | LEFT_B);
-    if (pins == 0 || pins == (LEFT_A | LEFT_B))
-        count[0]--;
-    else
-        count[0]++;
+    pins = PORTGP;
+    if (pins & LEFT_A) {
+        if (pins & LEFT_B)
+            ACCESS_DECREMENT(encoders_left);
+        else
+            ACCESS_INCREMENT(encoders_left);
+    } else if (pins & LEFT_B) {
+        ACCESS_INCREMENT(encoders_left);
+    } else {
+        ACCESS_DECREMENT(encoders_left);
+    }
 }
 
 INTERRUPT void encoder_right_isr(void);
@@ -38,11 +48,17 @@ INTERRUPT void encoder_right_isr(void)
 
     (void)TFLG1;
     TFLG1 = (uint8_t)~TFLG1_IC2;
-    pins = PORTGP & (RIGHT_A | RIGHT_B);
-    if (pins == 0 || pins == (RIGHT_A | RIGHT_B))
-        count[1]--;
-    else
-        count[1]++;
+    pins = PORTGP;
+    if (pins & RIGHT_A) {
+        if (pins & RIGHT_B)
+            ACCESS_DECREMENT(encoders_right);
+        else
+            ACCESS_INCREMENT(encoders_right);
+    } else if (pins & RIGHT_B) {
+        ACCESS_INCREMENT(encoders_right);
+    } else {
+        ACCESS_DECREMENT(encoders_right);
+    }
 }
 
 void encoders_init(void)
@@ -56,6 +72,6 @@ void encoders_init(void)
 
 void encoders_read(int32_t counts[2])
 {
-    counts[0] = count[0];
-    counts[1] = count[1];
+    counts[0] = encoders_left;
+    counts[1] = encoders_right;
 }

@@ -17,12 +17,14 @@ static void report_done(const uint16_t received[16]);
 static qspi_job_t job = {16, BOARD_PCS_TURRET, 1, 0, {0}, report_done};
 static struct {
     volatile uint8_t running;
-    volatile uint8_t fresh;       /* words[] has not been taken yet */
+    volatile uint8_t fresh; /* words[newest] has not been taken yet */
+    uint8_t newest;
+    uint8_t reading;              /* the interrupt writes to the other one */
     volatile uint8_t write_waits; /* write[] goes out with the next run */
     uint16_t write[REGISTER_WORDS];
-    uint16_t words[16];
+    uint16_t words[2][16];
     uint16_t asked; /* tick_fine() at the attention interrupt of the current run */
-    uint16_t words_asked;
+    uint16_t words_asked[2];
     uint16_t overruns;
     uint16_t timeouts;
 } turret;
@@ -59,9 +61,10 @@ static void report_done(const uint16_t received[16])
 
     if (turret.fresh)
         count(&turret.overruns);
+    turret.newest = !turret.reading;
     for (i = 0; i < 16; i++)
-        turret.words[i] = received[i];
-    turret.words_asked = turret.asked;
+        turret.words[turret.newest][i] = received[i];
+    turret.words_asked[turret.newest] = turret.asked;
     turret.fresh = 1;
     interrupts_work = 1;
     turret.running = 0;
@@ -98,11 +101,12 @@ int turret_take(uint8_t wire[TURRET_REPORT_BYTES], uint16_t *age_fine)
     if (!turret.fresh)
         return 0;
     status = access_mask();
-    for (i = 0; i < 16; i++)
-        be_put16(&wire[2 * i], turret.words[i]);
-    *age_fine = (uint16_t)(tick_fine() - turret.words_asked);
+    turret.reading = turret.newest;
     turret.fresh = 0;
     access_restore(status);
+    for (i = 0; i < 16; i++)
+        be_put16(&wire[2 * i], turret.words[turret.reading][i]);
+    *age_fine = (uint16_t)(tick_fine() - turret.words_asked[turret.reading]);
     return 1;
 }
 

@@ -62,6 +62,17 @@ static void end_run(uint16_t first, uint16_t step)
     qspi_isr();
 }
 
+/* Ticks until the converter's readings begin. */
+static void wait_for_readings(void)
+{
+    int ticks = 0;
+
+    while (!is_running()) {
+        adc_tick();
+        TEST_ASSERT_LESS_THAN_INT(3, ++ticks);
+    }
+}
+
 static void attention_fetches_a_report_of_16_words_with_one_select(void)
 {
     unsigned i;
@@ -146,7 +157,7 @@ static void a_register_write_goes_out_once_with_its_check_sum(void)
 
 static void both_owners_get_their_runs_one_after_the_other(void)
 {
-    adc_tick();
+    wait_for_readings();
     TEST_ASSERT_EQUAL_UINT(ADC_INPUTS + 1, words_of_run());
     turret_attention_isr();
     TEST_ASSERT_EQUAL_UINT_MESSAGE(ADC_INPUTS + 1, words_of_run(), "the run under way goes on");
@@ -155,32 +166,42 @@ static void both_owners_get_their_runs_one_after_the_other(void)
     TEST_ASSERT_EQUAL_HEX8(QSPI_CMD_BITS | BOARD_PCS_TURRET, QSPI_CMD(15));
     end_run(0, 0);
     TEST_ASSERT_FALSE(is_running());
-    adc_tick();
+    wait_for_readings();
     TEST_ASSERT_EQUAL_HEX8(QSPI_CMD_BITS | QSPI_CMD_DT | BOARD_PCS_ADC, QSPI_CMD(0));
     end_run(0, 0);
 }
 
 static void the_delay_is_longer_than_a_conversion(void)
 {
-    adc_tick();
+    wait_for_readings();
     TEST_ASSERT_GREATER_THAN_UINT32(21u * (BOARD_SYSTEM_HZ / 1000000u), (SPCR1 & 0xFFu) * 32u);
     end_run(0, 0);
 }
 
-static void readings_alternate_between_proximity_and_ambient(void)
+static void ten_ticks_bring_proximity_five_times_and_ambient_light_once(void)
 {
     adc_readings_t readings;
+    unsigned runs_on = 0;
+    unsigned runs_off = 0;
+    unsigned tick;
     unsigned i;
 
-    TEST_ASSERT_TRUE(PORTF & EMITTERS);
-    adc_tick();
-    for (i = 0; i < ADC_INPUTS; i++)
-        TEST_ASSERT_EQUAL_HEX16(i << 12, QSPI_TX(i));
-    end_run(0, 64); /* input i reads i + 1 */
-    TEST_ASSERT_FALSE(PORTF & EMITTERS);
-    adc_tick();
-    end_run(64 * 99, 64); /* ambient of input i reads i + 100 */
-    TEST_ASSERT_TRUE(PORTF & EMITTERS);
+    for (tick = 0; tick < 10; tick++) {
+        adc_tick();
+        if (!is_running())
+            continue;
+        for (i = 0; i < ADC_INPUTS; i++)
+            TEST_ASSERT_EQUAL_HEX16(i << 12, QSPI_TX(i));
+        if (PORTF & EMITTERS) {
+            runs_on++;
+            end_run(0, 64); /* input i reads i + 1 */
+        } else {
+            runs_off++;
+            end_run(64 * 99, 64); /* input i reads i + 100 */
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT(5, runs_on);
+    TEST_ASSERT_EQUAL_UINT(1, runs_off);
     adc_read(&readings);
     for (i = 0; i < ADC_SENSORS; i++) {
         TEST_ASSERT_EQUAL_UINT16(i + 1, readings.input[i]);
@@ -190,23 +211,29 @@ static void readings_alternate_between_proximity_and_ambient(void)
     TEST_ASSERT_EQUAL_UINT8(0, readings.silent);
 }
 
+static void ticks_without_an_answer(unsigned ticks)
+{
+    for (; ticks > 0; ticks--) {
+        adc_tick();
+        if (is_running())
+            end_run(0xFFFF, 0);
+    }
+}
+
 static void a_converter_that_leaves_the_line_high_is_silent_after_100_ms(void)
 {
     adc_readings_t readings;
-    int tick;
 
-    adc_tick();
+    wait_for_readings();
     end_run(0x1000, 0);
-    for (tick = 0; tick < 10; tick++) {
-        adc_read(&readings);
-        TEST_ASSERT_EQUAL_UINT8(0, readings.silent);
-        adc_tick();
-        end_run(0xFFFF, 0);
-    }
+    ticks_without_an_answer(9);
+    adc_read(&readings);
+    TEST_ASSERT_EQUAL_UINT8(0, readings.silent);
+    ticks_without_an_answer(1);
     adc_read(&readings);
     TEST_ASSERT_EQUAL_UINT8(1, readings.silent);
     TEST_ASSERT_EQUAL_UINT16_MESSAGE(0x40, readings.input[0], "the last good one stays");
-    adc_tick();
+    wait_for_readings();
     end_run(0x2000, 0);
     adc_read(&readings);
     TEST_ASSERT_EQUAL_UINT8(0, readings.silent);
@@ -230,7 +257,7 @@ int main(void)
     RUN_TEST(a_register_write_goes_out_once_with_its_check_sum);
     RUN_TEST(both_owners_get_their_runs_one_after_the_other);
     RUN_TEST(the_delay_is_longer_than_a_conversion);
-    RUN_TEST(readings_alternate_between_proximity_and_ambient);
+    RUN_TEST(ten_ticks_bring_proximity_five_times_and_ambient_light_once);
     RUN_TEST(a_converter_that_leaves_the_line_high_is_silent_after_100_ms);
     RUN_TEST(an_interrupt_without_a_run_is_ignored);
     return UNITY_END();

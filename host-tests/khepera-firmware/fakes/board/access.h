@@ -33,6 +33,12 @@ static inline void access_unmask(void)
     fake_masked = 0;
 }
 
-static inline void access_sleep(void) {}
+static inline void access_sleep_until(volatile uint8_t *flag)
+{
+    (void)flag;
+}
+
+#define ACCESS_INCREMENT(variable) ((variable)++)
+#define ACCESS_DECREMENT(variable) ((variable)--)
 
 #endif
