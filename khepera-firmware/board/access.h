@@ -27,6 +27,16 @@ static inline uint16_t access_mask(void)
     return status;
 }
 
+/* The same for interrupts up to the turret's level (4) only: encoders and tick go on. Not from an
+ * interrupt above that level. */
+static inline uint16_t access_mask_turret(void)
+{
+    uint16_t status;
+
+    __asm__ volatile("move.w %%sr, %0\n\tori.w #0x0400, %%sr" : "=d"(status) : : "memory", "cc");
+    return status;
+}
+
 static inline void access_restore(uint16_t status)
 {
     __asm__ volatile("move.w %0, %%sr" : : "d"(status) : "memory", "cc");

@@ -81,7 +81,7 @@ static void begin(void)
 
 void qspi_start(qspi_owner_t owner, const qspi_job_t *job)
 {
-    uint16_t status = access_mask();
+    uint16_t status = access_mask_turret();
 
     waiting[owner] = job;
     begin();
@@ -108,7 +108,7 @@ INTERRUPT void qspi_isr(void)
 
 int qspi_poll(qspi_owner_t *owner)
 {
-    uint16_t status = access_mask();
+    uint16_t status = access_mask_turret();
     int gave_up = 0;
 
     if (running != NULL && --ticks_left == 0) {

@@ -82,7 +82,7 @@ void turret_init(void)
 
 void turret_poll(int gave_up)
 {
-    uint16_t status = access_mask();
+    uint16_t status = access_mask_turret();
 
     if (gave_up) {
         turret.running = 0;
@@ -100,7 +100,7 @@ int turret_take(uint8_t wire[TURRET_REPORT_BYTES], uint16_t *age_fine)
 
     if (!turret.fresh)
         return 0;
-    status = access_mask();
+    status = access_mask_turret();
     turret.reading = turret.newest;
     turret.fresh = 0;
     access_restore(status);

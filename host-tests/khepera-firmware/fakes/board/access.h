@@ -23,6 +23,11 @@ static inline uint16_t access_mask(void)
     return (uint16_t)fake_masked++;
 }
 
+static inline uint16_t access_mask_turret(void)
+{
+    return access_mask();
+}
+
 static inline void access_restore(uint16_t status)
 {
     fake_masked = status;

@@ -1,0 +1,389 @@
+//! The firmware as CMake's `firmware` preset builds it, on its serial line: K-Team's protocol, the
+//! shell, motion, and parameters in flash with the supply cut.
+
+use std::fs;
+use std::path::Path;
+
+use common_sys::constants as board;
+use khepera::turret_bus::Unconnected;
+use khepera::{Base, Config};
+use sim::{MS, Ps, SECOND, US};
+
+/// What every reply must come within.
+const REPLY: Ps = 50 * MS;
+const SPEED_100_MM_S: f64 = 100.0 / 12.0 * 100.0;
+
+fn image() -> Vec<u8> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../build/firmware/khepera-firmware/khepera-firmware.elf");
+    fs::read(&path).unwrap_or_else(|error| {
+        panic!(
+            "{}: {error}; build it with: cmake --preset firmware && cmake --build --preset firmware",
+            path.display()
+        )
+    })
+}
+
+/// A base and the terminal at its serial line.
+struct Desk {
+    base: Base,
+    heard: Vec<u8>,
+    first: Option<Ps>,
+}
+
+impl Desk {
+    fn switch_on(base: Base) -> Self {
+        let mut desk = Self { base, heard: vec![], first: None };
+        desk.wait(400 * MS);
+        desk.clear();
+        desk
+    }
+
+    fn new() -> Self {
+        Self::switch_on(Base::new(&image(), Config::default()).expect("a good image"))
+    }
+
+    fn at(baud: u32) -> Self {
+        let mut desk = Self::new();
+        if baud != board::BOARD_BAUD {
+            assert!(desk.ask(&format!("baud {baud}")).starts_with("ok: "));
+            desk.base.serial_set_baud(Some(baud));
+        }
+        desk
+    }
+
+    fn wait(&mut self, time: Ps) {
+        let end = self.base.now() + time;
+        while self.base.now() < end {
+            let next = (self.base.now() + MS).min(end);
+            self.base.run_until(next, &mut Unconnected);
+            self.listen();
+        }
+    }
+
+    fn listen(&mut self) {
+        for (time, byte) in self.base.serial_take() {
+            self.first.get_or_insert(time);
+            self.heard.push(byte);
+        }
+    }
+
+    fn clear(&mut self) {
+        self.heard.clear();
+        self.first = None;
+    }
+
+    fn text(&self) -> String {
+        String::from_utf8_lossy(&self.heard).into_owned()
+    }
+
+    /// Send bytes and wait until they are through.
+    fn send(&mut self, bytes: &[u8]) {
+        self.base.serial_send(bytes);
+        while self.base.serial_waiting() > 0 {
+            self.base.run_until(self.base.now() + MS, &mut Unconnected);
+            self.listen();
+        }
+    }
+
+    /// Send a line; the answer, which must begin in time and end with CR LF.
+    fn ask(&mut self, line: &str) -> String {
+        self.clear();
+        self.send(line.as_bytes());
+        self.send(b"\n");
+        let sent = self.base.now();
+        self.wait(REPLY);
+        let first = self.first.unwrap_or_else(|| panic!("'{line}' was not answered in 50 ms"));
+        assert!(first <= sent + REPLY, "'{line}' was answered too late");
+        let mut length = 0;
+        while self.heard.len() > length {
+            length = self.heard.len();
+            self.wait(20 * MS);
+        }
+        let text = self.text();
+        assert!(text.ends_with("\r\n"), "'{line}' was answered by '{text}'");
+        text
+    }
+
+    fn duties(&self) -> [f64; 2] {
+        self.base.motors().map(|motor| motor.duty)
+    }
+}
+
+/// `answer` fits `pattern`, where # stands for a decimal.
+fn fits(answer: &str, pattern: &str) -> bool {
+    let mut rest = answer;
+    for (k, part) in pattern.split('#').enumerate() {
+        if k > 0 {
+            let number = rest.strip_prefix('-').unwrap_or(rest);
+            let digits =
+                number.len() - number.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+            if digits == 0 {
+                return false;
+            }
+            rest = &number[digits..];
+        }
+        let Some(after) = rest.strip_prefix(part) else { return false };
+        rest = after;
+    }
+    rest.is_empty()
+}
+
+/// Every command of K-Team's protocol, and what it answers.
+const PROTOCOL: &[(&str, &str)] = &[
+    ("A,3800,800,100", "a"),
+    ("B", "b,5.02,5.01"),
+    ("C,100,-100", "c"),
+    ("D,10,-10", "d"),
+    ("E", "e,#,#"),
+    ("D,0,0", "d"),
+    ("F,3000,20,4000", "f"),
+    ("G,1000,-1000", "g"),
+    ("H", "h,#,#"),
+    ("I,8", "i,#"),
+    ("J,20,64,20,64", "j"),
+    ("K", "k,#,#,#,#,#,#"),
+    ("L,0,1", "l"),
+    ("N", "n,#,#,#,#,#,#,#,#"),
+    ("O", "o,#,#,#,#,#,#,#,#"),
+    ("P,0,0", "p"),
+    ("R,3", "r,255"),
+    ("T,26,B", "z,Turret does not answer"),
+    ("W,1,3", "w"),
+    ("D,1", "z,Protocol error"),
+    ("D,1,2,3", "z,Protocol error"),
+    ("D,999,0", "z,Protocol error"),
+    ("D,\u{1}\u{7f}x,0", "z,Protocol error"),
+    ("Y", "z,Command not found"),
+];
+
+fn check_protocol(baud: u32) {
+    let mut desk = Desk::at(baud);
+    desk.base.set_proximity([1, 2, 3, 4, 5, 6, 7, 1023]);
+    desk.base.set_ambient([500, 400, 300, 200, 100, 50, 20, 10]);
+    desk.wait(250 * MS);
+    assert_eq!(desk.ask("N"), "n,1,2,3,4,5,6,7,1023\r\n");
+    assert_eq!(desk.ask("O"), "o,500,400,300,200,100,50,20,10\r\n");
+    for (line, pattern) in PROTOCOL {
+        let answer = desk.ask(line);
+        assert!(fits(&answer, &format!("{pattern}\r\n")), "'{line}' at {baud}: '{answer}'");
+    }
+    desk.clear();
+    desk.send(b"\r\n\n\r");
+    desk.wait(100 * MS);
+    assert_eq!(desk.text(), "", "empty lines are silent");
+    desk.send(b"D,10");
+    desk.wait(500 * MS);
+    assert_eq!(desk.text(), "", "half a line waits");
+    assert_eq!(desk.ask(",10"), "d\r\n");
+    assert_eq!(desk.ask(&"1".repeat(300)), "z,Protocol error\r\n");
+    assert_eq!(desk.ask("B"), "b,5.02,5.01\r\n");
+    assert_eq!(desk.base.diagnostics().len(), 0, "{:?}", desk.base.diagnostics());
+}
+
+#[test]
+fn the_protocol_answers_in_time_at_9600_and_38400_baud() {
+    check_protocol(9600);
+    check_protocol(38400);
+}
+
+#[test]
+fn speed_100_is_reached_within_2_percent_in_300_ms() {
+    let mut desk = Desk::new();
+    desk.base.serial_send(b"D,100,-100\n");
+    while desk.duties() == [0.0; 2] {
+        desk.wait(MS);
+    }
+    desk.wait(300 * MS);
+    for speed in desk.base.wheel_speeds_mm_s() {
+        assert!((speed.abs() / SPEED_100_MM_S - 1.0).abs() < 0.02, "{speed} mm/s");
+    }
+    desk.wait(200 * MS);
+    let answer = desk.ask("E");
+    let values: Vec<i32> =
+        answer.trim_end().split(',').skip(1).map(|v| v.parse().expect("a decimal")).collect();
+    assert!((values[0] - 100).abs() <= 2 && (values[1] + 100).abs() <= 2, "{answer}");
+}
+
+/// Where the wheels' travel leads, in steps of a millisecond: x, y in mm, heading in radians.
+fn follow(pose: &mut [f64; 3], before: [f64; 2], after: [f64; 2]) {
+    let [left, right] = [after[0] - before[0], after[1] - before[1]];
+    let base = f64::from(board::BOARD_WHEEL_BASE_MM);
+    let turn = (right - left) / base;
+    let mean = pose[2] + turn / 2.0;
+    pose[0] += (left + right) / 2.0 * mean.cos();
+    pose[1] += (left + right) / 2.0 * mean.sin();
+    pose[2] += turn;
+}
+
+/// Run for `time`, integrating the pose.
+fn drive(desk: &mut Desk, pose: &mut [f64; 3], time: Ps) {
+    let end = desk.base.now() + time;
+    while desk.base.now() < end {
+        let before = desk.base.wheel_travel_mm();
+        desk.base.run_until(desk.base.now() + MS, &mut Unconnected);
+        desk.listen();
+        follow(pose, before, desk.base.wheel_travel_mm());
+    }
+}
+
+/// Send a line and drive on until its answer is there.
+fn ask_on_the_move(desk: &mut Desk, pose: &mut [f64; 3], line: &str) -> String {
+    desk.clear();
+    desk.base.serial_send(format!("{line}\n").as_bytes());
+    for _ in 0..200 {
+        drive(desk, pose, MS);
+        if desk.heard.ends_with(b"\r\n") {
+            return desk.text();
+        }
+    }
+    panic!("'{line}' was not answered");
+}
+
+#[test]
+fn a_metre_square_by_position_commands_closes() {
+    let mut desk = Desk::new();
+    let mut pose = [0.0; 3];
+    let mut target = [0i32; 2];
+    for leg in 0..8 {
+        let way = if leg % 2 == 0 { [12000, 12000] } else { [-500, 500] };
+        target = [target[0] + way[0], target[1] + way[1]];
+        let line = format!("C,{},{}", target[0], target[1]);
+        assert_eq!(ask_on_the_move(&mut desk, &mut pose, &line), "c\r\n");
+        let mut polls = 0;
+        loop {
+            drive(&mut desk, &mut pose, 50 * MS);
+            let status = ask_on_the_move(&mut desk, &mut pose, "K");
+            let field = |n: usize| status.trim_end().split(',').nth(n).map(str::to_owned);
+            if field(1).as_deref() == Some("1") && field(4).as_deref() == Some("1") {
+                break;
+            }
+            polls += 1;
+            assert!(polls < 200, "leg {leg} does not end: {status}");
+        }
+    }
+    let distance = pose[0].hypot(pose[1]);
+    let turn = (pose[2] - std::f64::consts::TAU).to_degrees();
+    println!("closes within {distance:.1} mm and {turn:.2} degrees");
+    assert!(distance < 10.0 && turn.abs() < 2.0, "{distance} mm, {turn} degrees");
+}
+
+#[test]
+fn estop_acts_at_once_in_the_middle_of_a_flood() {
+    let mut desk = Desk::at(38400);
+    desk.ask("D,60,60");
+    desk.wait(300 * MS);
+    assert!(desk.duties()[0] > 0.0);
+    // A flood of whole and broken lines before it, all still waiting to be obeyed.
+    desk.send("help\nD,60,60\nget\nD,\u{7f}1".repeat(400).as_bytes());
+    desk.send(b"est");
+    desk.send(b"op");
+    desk.wait(MS);
+    assert_eq!(desk.duties(), [0.0; 2]);
+    for _ in 0..300 {
+        desk.wait(MS);
+        assert_eq!(desk.duties(), [0.0; 2], "a command from before must not start them again");
+    }
+}
+
+#[test]
+fn a_paste_of_64_kib_at_full_rate_loses_nothing() {
+    let mut desk = Desk::at(38400);
+    let line = "G,1,2\n";
+    let lines = 65536 / line.len();
+    desk.send(line.repeat(lines).as_bytes());
+    desk.wait(200 * MS);
+    assert_eq!(desk.text(), "g\r\n".repeat(lines));
+    desk.clear();
+    // Answers four times as long as the lines: they come later, but they come.
+    desk.send("H\n".repeat(4096).as_bytes());
+    desk.wait(9 * SECOND);
+    assert_eq!(desk.text(), "h,1,2\r\n".repeat(4096));
+    assert!(desk.ask("status").contains("console: 0 characters lost"));
+}
+
+#[test]
+fn a_thousand_random_lines_leave_a_robot_that_obeys() {
+    let mut desk = Desk::at(115_200);
+    let mut state = 1u32;
+    let mut draw = |below: u32| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) % below
+    };
+    for _ in 0..1000 {
+        let mut line: Vec<u8> = match draw(3) {
+            0 => (0..draw(60)).map(|_| draw(256) as u8).collect(),
+            1 => format!("{}", char::from(b'A' + draw(26) as u8)).into_bytes(),
+            _ => format!("{},{},{}", char::from(b'A' + draw(26) as u8), draw(300), draw(300))
+                .into_bytes(),
+        };
+        // `restart` and `loader` are not to be hit: no lower-case word of rubbish is so long.
+        line.push(b'\n');
+        desk.send(&line);
+    }
+    desk.wait(SECOND);
+    desk.send(b"\nraw\n\n");
+    desk.wait(200 * MS);
+    assert_eq!(desk.ask("B"), "b,5.02,5.01\r\n");
+    desk.send(b"estop\n");
+    desk.wait(50 * MS);
+    assert_eq!(desk.duties(), [0.0; 2]);
+    assert_eq!(desk.base.resets().len(), 1, "{:?}", desk.base.resets());
+}
+
+/// Set a value, save it, and wait for the answer; false if the supply went meanwhile.
+fn save(desk: &mut Desk, value: u32) -> bool {
+    desk.ask(&format!("set speed.kp {value}"));
+    desk.clear();
+    desk.send(b"save\n");
+    for _ in 0..500 {
+        desk.wait(10 * MS);
+        if desk.text().contains("ok: saved\r\n") {
+            return true;
+        }
+    }
+    false
+}
+
+fn saved_value(flash: &[u8]) -> String {
+    let base = Base::from_flash(flash, Config::default()).expect("the flash's size");
+    Desk::switch_on(base).ask("get speed.kp")
+}
+
+#[test]
+fn a_save_survives_a_power_cut_at_any_flash_operation() {
+    let mut desk = Desk::new();
+    assert!(save(&mut desk, 100));
+    let before = desk.base.flash().to_vec();
+    let first = desk.base.flash_operations();
+    assert!(save(&mut desk, 200));
+    let operations = desk.base.flash_operations() - first;
+    assert!(operations > 10, "{operations}");
+    assert!(saved_value(desk.base.flash()).starts_with("speed.kp = 200 "));
+    for cut in 0..operations {
+        let base = Base::from_flash(&before, Config::default()).expect("the flash's size");
+        let mut desk = Desk::switch_on(base);
+        let start = desk.base.flash_operations();
+        desk.ask("set speed.kp 200");
+        desk.base.cut_power_at_flash_operation(Some(start + cut));
+        desk.base.serial_send(b"save\n");
+        desk.wait(100 * MS);
+        let value = saved_value(desk.base.flash());
+        let good = ["speed.kp = 100 ", "speed.kp = 200 "].iter().any(|v| value.starts_with(v));
+        assert!(good, "cut at operation {cut}: {value}");
+    }
+}
+
+#[test]
+fn motion_takes_a_tenth_of_the_cpu_and_interrupts_are_served_in_time() {
+    let mut desk = Desk::new();
+    desk.ask("D,20,20");
+    let before = desk.base.load();
+    desk.wait(2 * SECOND);
+    let load = desk.base.load().since(&before);
+    let latency = desk.base.worst_interrupt_latency().map(|time| time / US);
+    println!("load {:.1} %, worst interrupt latency by level, us: {latency:?}", 100.0 * load);
+    assert!(load < 0.10, "{load}");
+    assert!(latency[6] < 40, "an encoder edge of 1 m/s must be read within 41 us: {latency:?}");
+    assert!(latency[5] < 100 && latency[3] < 260, "a tick, a character of 38400 baud: {latency:?}");
+}
