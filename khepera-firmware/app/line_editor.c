@@ -356,6 +356,9 @@ static int take_escape(line_editor_t *editor, uint8_t character)
 
 static void take_control(line_editor_t *editor, uint8_t character)
 {
+    /* Of a program's rubbish only what rubs out means anything. */
+    if (!editor->interactive && character != '\t' && character != '\b' && character != DELETE)
+        return;
     switch (character) {
     case '\t':
         if (wake_up(editor))

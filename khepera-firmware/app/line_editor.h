@@ -11,7 +11,7 @@
  *   completes     Tab
  *   gives up      ^C
  *
- * Other control characters are ignored. A line too long is dropped whole. */
+ * Raw, only backspace and Delete of these edit. Other control characters are ignored. A line too long is dropped whole. */
 #ifndef APP_LINE_EDITOR_H
 #define APP_LINE_EDITOR_H
 

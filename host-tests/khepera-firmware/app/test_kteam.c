@@ -9,7 +9,7 @@
 // sources: khepera-firmware/soccer/angle.c khepera-firmware/soccer/odometry.c
 // sources: khepera-firmware/soccer/sighting.c khepera-firmware/soccer/soccer.c
 // sources: khepera-firmware/soccer/strategy.c khepera-firmware/soccer/world.c
-// sources: khepera-firmware/soccer/tuning.c
+// sources: khepera-firmware/soccer/tuning.c khepera-firmware/soccer/freshness.c
 // includes: khepera-firmware host-tests/khepera-firmware
 /* K-Team's protocol, command by command, right and wrong. */
 #include <string.h>
@@ -114,12 +114,12 @@ static void sensors_are_read(void)
         desk.sensors.input[i] = (uint16_t)(10 + i);
         desk.sensors.ambient[i] = (uint16_t)(1023 - i);
     }
-    desk_ticks(&desk, 1);
+    desk_ticks(&desk, 2);
     check("N\n", "n,10,11,12,13,14,15,16,17\r\n");
     check("O\n", "o,1023,1022,1021,1020,1019,1018,1017,1016\r\n");
     check("I,8\n", "i,491\r\n");
     desk.sensors.silent = 1;
-    desk_ticks(&desk, 1);
+    desk_ticks(&desk, 2);
     check("N\n", "z,A/D converter does not answer\r\n");
     check("I,0\n", "z,A/D converter does not answer\r\n");
 }

@@ -84,6 +84,9 @@ static void backspace_rubs_out(void)
 static void other_control_characters_are_ignored(void)
 {
     check_line("\x07he\x1Blp\x0F\n", "help");
+    check_line("D,\x01\x03\x15"
+               "1,2\n",
+               "D,1,2");
 }
 
 static void a_line_too_long_is_dropped_and_the_next_is_whole(void)

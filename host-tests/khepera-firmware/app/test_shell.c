@@ -9,7 +9,7 @@
 // sources: khepera-firmware/soccer/angle.c khepera-firmware/soccer/odometry.c
 // sources: khepera-firmware/soccer/sighting.c khepera-firmware/soccer/soccer.c
 // sources: khepera-firmware/soccer/strategy.c khepera-firmware/soccer/world.c
-// sources: khepera-firmware/soccer/tuning.c
+// sources: khepera-firmware/soccer/tuning.c khepera-firmware/soccer/freshness.c
 // includes: khepera-firmware host-tests/khepera-firmware
 /* The shell: what each command answers, and the emergency stop. */
 #include <string.h>
@@ -148,9 +148,9 @@ static void log_keeps_what_its_levels_let_through(void)
     check("log live on\n", "ok: log live on\r\n");
     desk.sensors.silent = 1;
     desk.printed_count = 0;
-    desk_ticks(&desk, 1);
+    desk_ticks(&desk, 2);
     TEST_ASSERT_NOT_NULL(
-        strstr(desk.printed, "[0.010 sensors warn] A/D converter does not answer"));
+        strstr(desk.printed, "[0.020 sensors warn] A/D converter does not answer"));
     check_has("status\n", "fault: A/D converter does not answer");
 }
 
