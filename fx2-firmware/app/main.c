@@ -54,8 +54,7 @@ ONCE void sleep_until_interrupt(void)
 static void after_configuration(void)
 {
     cameras_setup();
-    if (!connected)
-        store_note_marks();
+    store_note_marks();
 }
 
 void main(void)

@@ -194,6 +194,17 @@ fn fpga_runs_40_ms_after_the_cpu_started() {
 }
 
 #[test]
+fn the_marks_are_known_from_the_beginning() {
+    for (flash, default) in [(flash_image(), u32::from(SLOT)), (blank_flash(), c::CONFIG_NO_SLOT)] {
+        let mut robot = Robot::new(firmware(), &flash);
+        let mut host = data_host(&mut robot);
+        let status = store_status(&mut host, &mut robot);
+        assert_eq!(u32::from(status.default_slot), default);
+        assert_eq!(u32::from(status.golden_slot), c::CONFIG_NO_SLOT);
+    }
+}
+
+#[test]
 fn it_boots_from_its_eeprom_without_a_host() {
     let image = Image::parse(firmware()).expect("an image");
     let identity = Identity { vendor: 0x1209, product: 1, device: 0x0101 };
