@@ -59,8 +59,7 @@ void slot_header_encode(const slot_header_t *header, uint8_t wire[SLOT_HEADER_SI
 /* Decode wire[0..63]. On any error *header is left as it was. */
 slot_error_t slot_header_decode(const uint8_t wire[SLOT_HEADER_SIZE], slot_header_t *header);
 
-/* The FX2 has no room for more than it needs of a header: what slot_header_decode() would return,
- * and, of a header found SLOT_OK, two of its fields. */
+/* What slot_header_decode() would return and, of a header found SLOT_OK, two of its fields. */
 slot_error_t slot_header_check(const uint8_t wire[SLOT_HEADER_SIZE]);
 uint32_t slot_header_length(const uint8_t wire[SLOT_HEADER_SIZE]);
 uint32_t slot_header_generation(const uint8_t wire[SLOT_HEADER_SIZE]);

@@ -23,7 +23,7 @@ typedef enum {
 #ifndef I2C_BYTES
 #define I2C_BYTES 2u
 #endif
-extern uint8_t i2c_bytes[I2C_BYTES];
+extern uint8_t i2c_bytes[];
 
 /* Choose 400 kHz. */
 void i2c_init(void);
