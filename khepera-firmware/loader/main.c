@@ -18,6 +18,8 @@
 #define SPEED_TRIAL_MS 1500u
 /* Nothing heard for so long, and there is a program: start it. */
 #define PATIENCE_MS    30000u
+/* Looks at the line between two looks at clock and watchdog. */
+#define LOOKS          32u
 
 extern const uint8_t flash_start[];
 void start_program(uint32_t entry) __attribute__((noreturn));
@@ -84,6 +86,7 @@ static void serve(void)
 {
     uint32_t heard = clock_ms();
     uint8_t on_trial = 0; /* nothing good has come at the present speed */
+    uint8_t looks = 0;
 
     loader.idle = breathe;
     if (greeted)
@@ -93,12 +96,14 @@ static void serve(void)
         uint16_t size;
         int character = line_read();
 
-        line_breathe();
         if (character >= 0 && loader_receive(&receiver, (uint8_t)character, &size)) {
             on_trial = receiver.frame[0] == LOADER_SPEED;
             answer(receiver.frame[0], receiver.frame[1], receiver.frame + 2, size);
             heard = clock_ms();
         }
+        if (++looks % LOOKS != 0)
+            continue;
+        line_breathe();
         if (on_trial && clock_ms() - heard > SPEED_TRIAL_MS) {
             line_open(BOARD_BAUD);
             on_trial = 0;

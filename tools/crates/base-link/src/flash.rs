@@ -18,6 +18,8 @@ const SECTOR_BLOCKS: usize = (c::BOARD_IMAGE_SECTOR_SIZE / c::LOADER_BLOCK_SIZE)
 const CONSOLE_RATES: [u32; 2] = [c::BOARD_BAUD, 38400];
 /// How often a request is sent before it is given up.
 const TRIES: u32 = 8;
+/// How often that time is doubled when no reply comes.
+const PATIENCE_MAX: u32 = 4;
 /// How long a reply may take beyond its time on the wire.
 const SOON: Duration = Duration::from_millis(250);
 const COMMIT_TIME: Duration = Duration::from_millis(1500);
@@ -246,6 +248,8 @@ impl Client<'_> {
                 self.repeated += 1;
             }
             self.send(kind, payload)?;
+            // More patience each time: a twin on a busy machine may only be slow.
+            let limit = limit * (1 << attempt.min(PATIENCE_MAX));
             if let Some(reply) = self.reply(kind, limit)? {
                 return Ok(Some(reply));
             }

@@ -221,6 +221,23 @@ fn only_what_changed_crosses_the_line() {
 }
 
 #[test]
+fn sixty_four_kib_take_seconds_and_one_block_of_them_less() {
+    let seconds = |wire: &mut Wire, program: &Program| {
+        let before = wire.base.now();
+        put(wire, program, &Options::default()).expect("it takes it");
+        (wire.base.now() - before) as f64 / SECOND as f64
+    };
+    let mut new = program(b'E', 64 << 10, 4);
+    let mut wire = Wire::new(in_loader(new_base()));
+    let all = seconds(&mut wire, &new);
+    new.bytes[40_000] ^= 1;
+    let mut wire = Wire::new(in_loader(wire.base.flash()));
+    let one = seconds(&mut wire, &new);
+    println!("64 KiB: {all:.1} s; one block of them: {one:.1} s");
+    assert!(all < 15.0 && one < 8.0, "{all} and {one} s");
+}
+
+#[test]
 fn a_dry_run_changes_nothing() {
     let mut wire = Wire::new(in_loader(with_a()));
     let options = Options { dry_run: true, ..Options::default() };

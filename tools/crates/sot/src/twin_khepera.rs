@@ -12,6 +12,7 @@ use sim::{MS, Ps, SECOND};
 use turret_link::registry::{self, Kind, Twin};
 
 use crate::interrupt::{self, Interrupted};
+use crate::output::write_file;
 use crate::pty::Pty;
 use crate::twin::{parse_seconds, read_limited};
 
@@ -30,12 +31,17 @@ use crate::twin::{parse_seconds, read_limited};
 Examples:
   sot twin khepera --pty /tmp/khepera             our firmware; then: sot console --robot serial:/tmp/khepera
   sot twin khepera program.s37 --pty ./tty        any other program
+  sot twin khepera --flash robot.bin --pty ./tty  a base that keeps what is saved and flashed
   sot twin khepera --seconds 2 --json             two simulated seconds, and what came of them
   sot twin khepera --pty ./tty --fault encoder-stuck-left@5
                                                   after 5 s the left encoder stands still")]
 pub struct KheperaArgs {
     /// Program: ELF, S-records, or the flash's contents as raw bytes [default: the one just built]
     image: Option<PathBuf>,
+    /// The flash's contents: taken from FILE if it is there, and put into it at the end, with what the
+    /// program has saved and what was flashed
+    #[arg(long, value_name = "FILE", conflicts_with = "image")]
+    flash: Option<PathBuf>,
     /// Where to link the pseudo-terminal [default: nowhere, its name is printed]
     #[arg(long, value_name = "LINK")]
     pty: Option<PathBuf>,
@@ -125,10 +131,7 @@ impl Fault {
 
 /// Run the verb.
 pub fn run(args: &KheperaArgs) -> Result<()> {
-    let (image, name) = read_image(args.image.as_deref())?;
-    let config = Config { host_baud: args.baud, ..Config::default() };
-    let base =
-        Base::new(&image, config).with_context(|| format!("{} cannot be used", name.display()))?;
+    let (base, name) = switched_on(args)?;
     let mut bench = Bench::new(base, &args.fault);
     let stop = interrupt::watch();
     let end = args.seconds.map_or(Ps::MAX, |seconds| (seconds * SECOND as f64) as Ps);
@@ -141,12 +144,29 @@ pub fn run(args: &KheperaArgs) -> Result<()> {
         None
     };
     let host_seconds = started.elapsed().as_secs_f64();
+    if let Some(path) = &args.flash {
+        write_file(path, bench.base.flash())?;
+    }
     if args.json {
         println!("{}", bench.as_json(host_seconds, said.as_deref()));
     } else {
         bench.print(host_seconds, said.as_deref());
     }
     if stop.load(Ordering::Relaxed) { Err(Interrupted.into()) } else { Ok(()) }
+}
+
+/// The base, its flash filled, and what it was filled with.
+fn switched_on(args: &KheperaArgs) -> Result<(Base, PathBuf)> {
+    let config = Config { host_baud: args.baud, ..Config::default() };
+    let unusable = |name: &Path| format!("{} cannot be used", name.display());
+    if let Some(path) = args.flash.as_ref().filter(|path| path.exists()) {
+        let contents = read_limited(path, IMAGE_FILE_MAX, "it is not a Khepera's flash")?;
+        let base = Base::from_flash(&contents, config).with_context(|| unusable(path))?;
+        return Ok((base, path.clone()));
+    }
+    let (image, name) = read_image(args.image.as_deref())?;
+    let base = Base::new(&image, config).with_context(|| unusable(&name))?;
+    Ok((base, name))
 }
 
 fn read_image(given: Option<&Path>) -> Result<(Vec<u8>, PathBuf)> {

@@ -175,6 +175,20 @@ fn answers(twin: &Twin) -> bool {
 }
 
 #[test]
+fn a_flash_file_keeps_what_was_flashed() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("flash.bin");
+    let name = file.to_str().expect("a name");
+    let twin = Twin::start(&["--flash", name]);
+    fs::write(twin.path().join("letters.s37"), letters()).expect("writable");
+    told(twin.path(), &["flash", "khepera", "letters.s37"]);
+    twin.interrupt();
+    assert_eq!(fs::metadata(&file).expect("it was written").len(), 512 << 10);
+    let said = told(folder.path(), &["twin", "khepera", "--flash", name, "--seconds", "0.3"]);
+    assert!(said.contains("AAAA"), "{said}");
+}
+
+#[test]
 fn a_twin_that_dies_under_a_flash_is_told() {
     let mut twin = Twin::start(&[]);
     let flash = sot(twin.path(), &["flash", "khepera", "--force", "--baud", "9600"])
