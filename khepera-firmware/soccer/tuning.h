@@ -26,7 +26,7 @@
     X(kick_off_sigma_mm, "mm", 220, 10, 1000, "how well the place is known at kick-off") \
     X(localised_sigma_mm, "mm", 60, 10, 500, "the place counts as known below that") \
     X(ball_unseen_ms, "ms", 350, 20, 10000, "a ball not where it should be for so long is lost") \
-    X(ball_forget_ms, "ms", 4500, 100, 30000, "a ball out of view for so long is lost") \
+    X(ball_forget_ms, "ms", 1500, 100, 30000, "a ball out of view for so long is lost") \
     X(opponent_unseen_ms, "ms", 600, 20, 10000, "the same as ball_unseen_ms, of the opponent") \
     X(opponent_forget_ms, "ms", 4000, 100, 30000, "the same as ball_forget_ms, of the opponent") \
     /* Speeds of the robot's middle; of turning: of each wheel. */ \
@@ -67,8 +67,8 @@
     X(contest_way, "1/16", 8, 0, 100, "cost of the angle around a contested ball") \
     X(defend_margin_mm, "mm", 120, 0, 1000, "defend if the opponent is nearer to the ball by that") \
     /* Angles. */ \
-    X(push_begin_deg, "deg", 7, 1, 45, "off the shot's line when a push begins") \
-    X(push_end_deg, "deg", 38, 5, 90, "off the line so much a push ends")
+    X(push_begin_deg, "deg", 9, 1, 45, "off the shot's line when a push begins") \
+    X(push_end_deg, "deg", 45, 5, 90, "off the line so much a push ends")
 /* clang-format on */
 
 struct soccer_tuning_t {

@@ -265,8 +265,8 @@ static void a_ball_lost_while_pushing_is_searched(void)
     stand_at(-150, 0, 0);
     (void)decide();
     TEST_ASSERT_EQUAL(STRATEGY_PUSH, decide());
-    world.ball.age_ticks = 200;
-    world.ball_near_ticks = 200;
+    world.ball.age_ticks = 60;
+    world.ball_near_ticks = 60;
     pass(20, 100);
     TEST_ASSERT_EQUAL_MESSAGE(STRATEGY_PUSH, strategy.state, "at first it goes on blindly");
     pass(60, 100);
@@ -279,7 +279,7 @@ static void a_ball_that_fills_the_eye_is_not_lost(void)
     put(&world.ball, 0, 0);
     stand_at(-150, 0, 0);
     (void)decide();
-    world.ball.age_ticks = 200;
+    world.ball.age_ticks = 60;
     world.ball_near_ticks = 3;
     pass(80, 100);
     TEST_ASSERT_EQUAL(STRATEGY_PUSH, strategy.state);
