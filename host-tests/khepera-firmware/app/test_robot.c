@@ -171,6 +171,8 @@ static void a_flood_of_characters_does_not_stop_control(void)
 
     for (i = 0; i + 1 < sizeof flood; i++)
         flood[i] = (char)(1 + i % 255);
+    /* A goal would stop the imagined time. */
+    pitch_begin(&pitch, 1, EYES_BLIND_TO_BALL, 0);
     pitch_play(&pitch, 1);
     pitch_type(&pitch, flood);
     pitch_run(&pitch, 5);
