@@ -177,6 +177,24 @@ fn start_stop_and_format_change_at_any_moment_leave_no_stale_bytes() {
 }
 
 #[test]
+fn the_flash_can_be_used_again_after_a_stream() {
+    let (mut desk, mut receiver) = desk(Function::Soccer, Host::new());
+    run(&mut desk, &mut receiver, &SMALL, 100 * MS);
+    receiver.choose(&mut desk, c::USB_ALTERNATE_CONTROL).expect("it is left");
+    let boot = Request {
+        kind: 0x40,
+        request: c::REQUEST_CONFIG_BOOT as u8,
+        value: c::CONFIG_BOOT_DEFAULT as u16,
+        index: 0,
+    };
+    receiver.host.control_out(&mut desk, boot, &[]).expect("it boots a slot");
+    let settled = desk.robot.now() + 100 * MS;
+    desk.run_until(settled);
+    run(&mut desk, &mut receiver, &SMALL, 100 * MS);
+    assert_clean(&desk, &receiver.finish());
+}
+
+#[test]
 fn at_full_speed_whole_pairs_are_lost_and_the_rest_is_right() {
     let (mut desk, mut receiver) = desk(Function::Soccer, Host::full_speed());
     receiver.start(&mut desk, &SMALL).expect("it starts");
