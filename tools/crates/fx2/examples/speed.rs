@@ -1,5 +1,6 @@
 //! How fast the chip is emulated, in times real time: a busy CPU with timers, serial port, SOF
-//! interrupts and the GPIF at work, the same without GPIF, and one in IDLE.
+//! interrupts and the GPIF at work, the same without GPIF, and one in IDLE. The best of five runs counts,
+//! so that other work on the machine shows less.
 
 use fx2::image::Image;
 use fx2::pins::Unconnected;
@@ -55,21 +56,26 @@ fn busy(gpif: bool) -> Vec<u8> {
     code
 }
 
+const RUNS: usize = 5;
+
 fn measure(name: &str, code: &[u8], time: Ps) {
     let image = Image::raw(code).expect("a program");
-    let mut fx2 = Fx2::new(Config::default());
-    fx2.load(&image).expect("it fits");
-    fx2.usb_reset_done(Speed::High);
-    fx2.run_until(MS, &mut Unconnected);
-    let started = Instant::now();
-    fx2.run_until(time, &mut Unconnected);
-    let factor = time as f64 / SECOND as f64 / started.elapsed().as_secs_f64();
-    println!("{name}: {factor:.1} times real time");
+    let mut best = 0.0_f64;
+    for _ in 0..RUNS {
+        let mut fx2 = Fx2::new(Config::default());
+        fx2.load(&image).expect("it fits");
+        fx2.usb_reset_done(Speed::High);
+        fx2.run_until(MS, &mut Unconnected);
+        let started = Instant::now();
+        fx2.run_until(time, &mut Unconnected);
+        best = best.max(time as f64 / SECOND as f64 / started.elapsed().as_secs_f64());
+    }
+    println!("{name}: {best:.1} times real time");
 }
 
 fn main() {
-    measure("busy CPU, timer, SOF, serial port", &busy(false), SECOND);
-    measure("the same with the GPIF at work   ", &busy(true), SECOND);
+    measure("busy CPU, timer, SOF, serial port", &busy(false), SECOND / 2);
+    measure("the same with the GPIF at work   ", &busy(true), SECOND / 2);
     // ORL PCON,#1 for ever.
     measure("IDLE                             ", &[0x43, 0x87, 0x01, 0x80, 0xFB], 100 * SECOND);
 }
