@@ -8,9 +8,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock};
 use std::{fs, thread};
 
-use sim::{Ps, SECOND};
+use fx2::host::Link;
+use sim::{MS, Ps, SECOND, TraceHash};
 use twin::game::{BallColour, Eyes, Format, Game, Materials, Noise, Other, Setup, Summary};
-use twin::robot::Images;
+use twin::robot::{Images, Robot};
 use virtex::bitstream;
 use virtex::design::Function;
 use virtex::store::{Entry, pack};
@@ -183,4 +184,35 @@ fn a_capture_bitstream_runs_but_reports_nothing() {
     assert_eq!(summary.fpga.function, Some("capture"));
     assert_eq!(summary.fpga.slot, Some(3));
     assert_eq!((summary.goals_for, summary.reports), (0, 0));
+}
+
+/// Runs on; everything that both chips do on the way, and how they are at the end.
+fn traced(robot: &mut Robot, until: Ps) -> u64 {
+    let mut trace = TraceHash::default();
+    while robot.now() < until {
+        robot.run_until(robot.now() + MS);
+        let base = &mut robot.base;
+        trace.update(format!("{:?} {:?}", base.registers(), base.motors()).as_bytes());
+        trace.update(format!("{:?} {:#x}", base.serial_take(), base.pc()).as_bytes());
+        let fx2 = robot.fx2();
+        trace.update(format!("{:?} {} {}", fx2.driven(), fx2.cycles(), fx2.cpu().pc()).as_bytes());
+    }
+    trace.update(format!("{:?}", robot.fx2()).as_bytes());
+    trace.value()
+}
+
+#[test]
+fn a_robot_copied_in_mid_configuration_goes_on_with_the_same_trace() {
+    let mut robot = Robot::new(&images()).unwrap();
+    // The loader reads the EEPROM; then the GPIF moves the bitstream from the flash into the FPGA.
+    while robot.fx2().is_cpu_held() {
+        robot.run_until(robot.now() + MS);
+        assert!(robot.now() < SECOND, "the firmware never starts");
+    }
+    let configured = robot.now() + 60 * MS;
+    while robot.now() < configured {
+        let mut copy = robot.clone();
+        let end = robot.now() + 9 * MS;
+        assert_eq!(traced(&mut copy, end), traced(&mut robot, end), "at {} ms", robot.now() / MS);
+    }
 }
