@@ -11,7 +11,8 @@
  *   completes     Tab
  *   gives up      ^C
  *
- * Raw, only backspace and Delete of these edit. Other control characters are ignored. A line too long is dropped whole. */
+ * Raw, only backspace and Delete of these edit. Other control characters are ignored. A line too
+ * long is dropped whole. */
 #ifndef APP_LINE_EDITOR_H
 #define APP_LINE_EDITOR_H
 
