@@ -60,6 +60,10 @@ fn wrong_arguments_are_told_in_one_line() {
     fails(here, &["play", "--seconds", "0"], USAGE, &["--seconds"]);
     fails(here, &["play", "--seconds", "nan"], USAGE, &["--seconds"]);
     fails(here, &["play", "--opponent", "nobody"], USAGE, &["nobody", "idle"]);
+    fails(here, &["play", "--csv", "x.csv"], USAGE, &["--matches"]);
+    fails(here, &["play", "--matches", "0"], USAGE, &["--matches", "1"]);
+    fails(here, &["play", "--vary", "grip=2"], USAGE, &["grip", "tyre-grip"]);
+    fails(here, &["play", "--vary", "tyre-grip=0"], USAGE, &["NAME=FACTOR"]);
     fails(here, &["detect", "one.png"], USAGE, &["RIGHT"]);
     fails(here, &["bitstream", "make", "tennis", "-o", "x"], USAGE, &["tennis", "soccer"]);
     fails(here, &["bitstream", "pack", "32=x", "-o", "y"], USAGE, &["32", "31"]);
@@ -117,6 +121,43 @@ fn truncated_and_foreign_images_are_refused_before_anything_runs() {
     fails(here, &with(["--flash", "short.img"]), FAILED, &["1000 bytes", "bitstream pack"]);
     fails(here, &with(["--fx2-image", "bad.ihx"]), FAILED, &["FX2 image"]);
     fails(here, &with(["--khepera-image", "half.elf"]), FAILED, &["68331 image"]);
+}
+
+#[test]
+fn options_that_do_not_fit_together_are_refused() {
+    let folder = folder();
+    let here = folder.path();
+    let image = ["play", "--headless", "--opponent-image", "other.elf"];
+    fails(here, &image, USAGE, &["--opponent self"]);
+    let picture = ["play", "--matches", "2", "--picture", "match.png"];
+    fails(here, &picture, USAGE, &["--matches", "picture"]);
+    let nowhere = ["play", "--headless", "--matches", "1", "--csv", "no/rows.csv"];
+    fails(here, &nowhere, FAILED, &["no/rows.csv"]);
+}
+
+#[test]
+fn a_row_of_a_series_is_what_its_seed_gives_alone() {
+    let folder = folder();
+    let play = |extra: &[&str]| {
+        let common = ["play", "--headless", "--json", "--noise", "harsh", "--seconds", "2"];
+        let opponent = ["--opponent", "linear"];
+        let output = sot(folder.path(), &[common.as_slice(), opponent.as_slice(), extra].concat());
+        assert!(output.status.success(), "{extra:?}: {output:?}");
+        let text = String::from_utf8(output.stdout).expect("text");
+        let last = text.lines().last().expect("a line").to_owned();
+        serde_json::from_str::<serde_json::Value>(&last).expect("JSON")
+    };
+    let together = play(&["--matches", "3", "--seed", "5", "--jobs", "2", "--csv", "rows.csv"]);
+    assert_eq!(together["matches"], 3);
+    let csv = fs::read_to_string(folder.path().join("rows.csv")).expect("was written");
+    let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows.len(), 4);
+    assert!(rows.iter().all(|row| row.len() == rows[0].len()), "{csv}");
+    let column = |name: &str| rows[0].iter().position(|head| *head == name).expect("a column");
+    let alone = play(&["--seed", "6"]);
+    assert_eq!(rows[2][column("seed")], "6");
+    assert_eq!(alone["trace_hash"], rows[2][column("trace_hash")]);
+    assert_eq!(alone["reports"].to_string(), rows[2][column("reports")]);
 }
 
 #[test]

@@ -22,8 +22,9 @@ use crate::tally::Tally;
 
 /// Physics advances so far at a time.
 const TICK: Ps = world::TICK;
-/// From switching the robots on to the starting signal: their FPGAs are up by then.
-const KICK_OFF: Ps = 250 * MS;
+/// From switching the robots on to the starting signal: their FPGAs are up by then, and so are their
+/// programs, whose loader checks them at 3 ms a KiB.
+const KICK_OFF: Ps = 400 * MS;
 /// Which of the world's robots is ours, and which the other.
 const OURS: usize = 0;
 const OTHER: usize = 1;
@@ -315,6 +316,14 @@ impl Game {
     /// Our robot, to break something.
     pub fn ours_mut(&mut self) -> &mut FirmwarePlayer {
         &mut self.ours
+    }
+
+    /// The other side's robot and its eyes, if it has firmware.
+    pub fn other(&self) -> Option<&FirmwarePlayer> {
+        match &self.other {
+            OtherPlayer::Firmware(robot) => Some(robot),
+            OtherPlayer::Program(_) => None,
+        }
     }
 
     /// The pitch and what is on it.

@@ -216,3 +216,41 @@ fn a_robot_copied_in_mid_configuration_goes_on_with_the_same_trace() {
         assert_eq!(traced(&mut copy, end), traced(&mut robot, end), "at {} ms", robot.now() / MS);
     }
 }
+
+#[test]
+fn a_second_robot_with_the_same_firmware_plays_on_the_other_side() {
+    let mut game = Game::new(Setup {
+        other: Other::Firmware(Box::new(images())),
+        noise: Noise::Measured,
+        format: Format::single(4 * SECOND),
+        ..setup(3)
+    })
+    .expect("the images are good");
+    let start = [0, 1].map(|robot| game.world().robot(robot));
+    while !game.over() {
+        game.run_for(SECOND);
+    }
+    let other = game.other().expect("it has firmware");
+    assert!(other.fpga().configured);
+    assert!(other.counts().reports > 100, "{:?}", other.counts());
+    for (robot, was) in start.into_iter().enumerate() {
+        assert_ne!(game.world().robot(robot), was, "robot {robot} stands");
+    }
+}
+
+#[test]
+fn after_each_half_ends_are_changed_and_the_robot_is_started_anew() {
+    let mut game = Game::new(Setup { format: Format::league(6 * SECOND), ..setup(2) })
+        .expect("the images are good");
+    let mut started = 0;
+    while !game.over() {
+        game.run_for(SECOND / 10);
+        started += game.take_serial_lines().iter().filter(|l| l.contains("playing")).count();
+    }
+    let kick_offs: Vec<_> = game.events().iter().filter_map(|event| event.period()).collect();
+    assert!(kick_offs.contains(&"first half") && kick_offs.contains(&"second half"));
+    assert_eq!(started, kick_offs.len(), "{:?}", game.events());
+    // Latencies and beliefs have been measured on the way.
+    let tally = game.summary().tally;
+    assert!(tally.report_to_pwm_ms.len() > 50 && tally.ball_errors.range_percent.len() > 20);
+}

@@ -4,8 +4,9 @@
 //! |---|---|---|
 //! | idle | nothing | stands where it was put |
 //! | wall | where it and the ball are, [`DELAY`] late | stays before its goal, between the ball and the goal's middle |
-//! | chaser | the same | runs for the ball; drives around it first if it would push it the wrong way |
-//! | linear | where it is; the ball only by a line of 64 grey pixels | as the chaser, with a ball that it has to find |
+//! | chaser | the same | runs for the ball, wherever that pushes it |
+//! | striker | the same | runs for the ball; drives around it first if it would push it the wrong way |
+//! | linear | where it is; the ball only by a line of 64 grey pixels | as the striker, with a ball that it has to find |
 //!
 //! Their speeds are assumptions: those of a match between Kheperas of that time, 60 to 80 % of what
 //! ours drives. Wheels follow a program's wish with a motor's lag, and no quicker than the tyres grip.
@@ -28,7 +29,7 @@ pub const DELAY: Ps = 100 * MS;
 /// Opponents decide so often, and the line camera looks so often (the K213's 50 Hz at indoor light
 /// is an assumption; its manual gives the scan as adapting to the light).
 const PERIOD: Ps = 20 * MS;
-/// Speed of the chaser, and of who chases with a line camera.
+/// Speed of all that run for the ball.
 const CHASE_MM_S: f64 = 220.0;
 /// Speed of the wall along its line.
 const WALL_MM_S: f64 = 180.0;
@@ -65,6 +66,8 @@ pub enum Kind {
     Wall,
     /// Runs for the ball.
     Chaser,
+    /// Runs for the ball so as to push it towards the other goal.
+    Striker,
     /// Runs for the ball that its 64 grey pixels show.
     Linear,
 }
@@ -159,7 +162,8 @@ impl Opponent {
         match self.kind {
             Kind::Idle => [0.0; 2],
             Kind::Wall => keep_goal(known),
-            Kind::Chaser => chase(&known.pose, known.ball_mm),
+            Kind::Chaser => drive_to(&known.pose, known.ball_mm, CHASE_MM_S),
+            Kind::Striker => strike(&known.pose, known.ball_mm),
             Kind::Linear => self.chase_by_line(around),
         }
     }
@@ -176,7 +180,7 @@ impl Opponent {
             self.turn = if bearing < 0.0 { -1.0 } else { 1.0 };
         }
         match self.ball_mm {
-            Some(ball) if self.unseen < FORGET => chase(&pose, ball),
+            Some(ball) if self.unseen < FORGET => strike(&pose, ball),
             _ => {
                 self.ball_mm = None;
                 [-50.0 * self.turn, 50.0 * self.turn]
@@ -224,7 +228,7 @@ fn drive_to(pose: &Pose, target: [f64; 2], speed_mm_s: f64) -> [f64; 2] {
 }
 
 /// Through the ball if that moves it towards the goal; otherwise around it first.
-fn chase(pose: &Pose, ball: [f64; 2]) -> [f64; 2] {
+fn strike(pose: &Pose, ball: [f64; 2]) -> [f64; 2] {
     const AROUND_MM: f64 = 130.0;
     let goal = [p::HALF_LENGTH_MM + p::GOAL_DEPTH_MM, 0.0];
     let shot = direction(ball, goal);
@@ -343,8 +347,15 @@ mod tests {
     }
 
     #[test]
-    fn who_chases_scores_alone_from_either_side_of_the_ball() {
-        for kind in [Kind::Chaser, Kind::Linear] {
+    fn a_chaser_takes_the_ball_with_it_the_way_it_runs() {
+        let start = Pose { x_mm: 300.0, y_mm: 0.0, heading_rad: 1.0 };
+        let physics = play(Kind::Chaser, start, [100.0, 30.0], 4000);
+        assert!(physics.ball_mm()[0] < -100.0, "{:?}", physics.ball_mm());
+    }
+
+    #[test]
+    fn who_strikes_scores_alone_from_either_side_of_the_ball() {
+        for kind in [Kind::Striker, Kind::Linear] {
             for (x_mm, heading_rad) in [(300.0, PI), (-350.0, 0.0)] {
                 let start = Pose { x_mm, y_mm: 60.0, heading_rad };
                 let physics = play(kind, start, [20.0, 30.0], 40_000);

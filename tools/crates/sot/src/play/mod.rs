@@ -120,6 +120,8 @@ enum Opponent {
     Wall,
     /// Runs for the ball
     Chaser,
+    /// Runs for the ball so as to push it towards our goal
+    Striker,
     /// Runs for the ball that 64 grey pixels in a line show it: the league's old camera
     Linear,
     /// A second emulated robot with the same firmware, or with --opponent-image another
@@ -241,6 +243,7 @@ fn other(args: &Args, ours: &Images) -> Result<Other> {
         Opponent::Idle => Kind::Idle,
         Opponent::Wall => Kind::Wall,
         Opponent::Chaser => Kind::Chaser,
+        Opponent::Striker => Kind::Striker,
         Opponent::Linear => Kind::Linear,
         Opponent::Itself => {
             let mut images = ours.clone();
