@@ -91,17 +91,7 @@ impl Client {
         let stream = TcpStream::connect_timeout(&address, patience)?;
         stream.set_nodelay(true)?;
         stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
-        let mut client = Self {
-            stream,
-            incoming: Vec::new(),
-            writer: Writer::default(),
-            greeted: false,
-            device: None,
-            arrivals: 0,
-            next_id: 1,
-            pending: BTreeSet::new(),
-            answers: BTreeMap::new(),
-        };
+        let mut client = Self::on(stream);
         client.writer.hello("stereosot client");
         client.flush()?;
         let end = Instant::now() + patience;
@@ -111,6 +101,21 @@ impl Client {
             }
         }
         Ok(client)
+    }
+
+    /// Before anything was said.
+    fn on(stream: TcpStream) -> Self {
+        Self {
+            stream,
+            incoming: Vec::new(),
+            writer: Writer::default(),
+            greeted: false,
+            device: None,
+            arrivals: 0,
+            next_id: 1,
+            pending: BTreeSet::new(),
+            answers: BTreeMap::new(),
+        }
     }
 
     /// The device on the bus, if there is one.
@@ -342,5 +347,69 @@ impl Client {
             let status = Status::from_code(status);
             self.answers.insert(id, Answer { status, length, data: data.to_vec() });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::net::TcpListener;
+    use std::thread;
+
+    const SHORT: Duration = Duration::from_millis(200);
+
+    /// A server that sends `bytes` and, unless it `stays`, goes.
+    fn server(bytes: &'static [u8], stays: bool) -> (SocketAddr, thread::JoinHandle<()>) {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap();
+        let thread = thread::spawn(move || {
+            let (mut stream, _) = listener.accept().unwrap();
+            stream.write_all(bytes).unwrap();
+            while stays && matches!(stream.read(&mut [0; 4096]), Ok(1..)) {}
+        });
+        (address, thread)
+    }
+
+    #[test]
+    fn a_server_that_is_none_ends_in_an_error_of_its_own() {
+        let (address, thread) = server(b"HTTP/1.1 400 Bad Request\r\n\r\n", true);
+        let error = Client::connect(address, SHORT).unwrap_err();
+        assert!(matches!(error, ClientError::NotUsbredir), "{error}");
+        thread.join().unwrap();
+
+        let (address, thread) = server(b"", true);
+        let error = Client::connect(address, SHORT).unwrap_err();
+        assert!(matches!(error, ClientError::Silent(_)), "{error}");
+        thread.join().unwrap();
+
+        let (address, thread) = server(b"", false);
+        let error = Client::connect(address, Duration::from_secs(10)).unwrap_err();
+        assert!(matches!(error, ClientError::Closed), "{error}");
+        thread.join().unwrap();
+    }
+
+    #[test]
+    fn packets_shorter_than_their_kind_are_refused() {
+        for kind in [kind::HELLO, kind::DEVICE_CONNECT, kind::CONTROL_PACKET, kind::BULK_PACKET] {
+            let (address, thread) = server(b"", true);
+            let mut client = Client::on(TcpStream::connect(address).unwrap());
+            client.greeted = true;
+            client.incoming.extend_from_slice(&kind.to_le_bytes());
+            client.incoming.extend_from_slice(&[4, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3, 4]);
+            assert!(matches!(client.take_packet(), Err(ClientError::NotUsbredir)), "{kind}");
+            drop(client);
+            thread.join().unwrap();
+        }
+    }
+
+    #[test]
+    fn nothing_begins_without_a_device() {
+        let (address, thread) = server(b"", true);
+        let mut client = Client::on(TcpStream::connect(address).unwrap());
+        assert!(matches!(client.set_configuration(1), Err(ClientError::Gone)));
+        let error = client.wait_for_device(0, SHORT).unwrap_err();
+        assert!(matches!(error, ClientError::NoDevice(_)), "{error}");
+        drop(client);
+        thread.join().unwrap();
     }
 }
