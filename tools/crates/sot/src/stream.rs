@@ -567,7 +567,7 @@ fn export(args: &ExportArgs) -> Result<()> {
             (left.header.session, left.header.number) == (frame.header.session, frame.header.number)
         });
         let Some(left) = pair else { return Ok(()) };
-        if frame.header.number % args.every != 0 {
+        if !frame.header.number.is_multiple_of(args.every) {
             return Ok(());
         }
         if !sessions.contains(&frame.header.session) {
