@@ -298,8 +298,8 @@ static void test_config_status_has_its_golden_bytes(void)
 
 static void test_store_status_has_its_golden_bytes(void)
 {
-    static const uint8_t golden[STORE_STATUS_SIZE] = {
-        0x01, 0x01, 0xBA, 0x05, 0x00, 0x03, 0x90, 0x00, 0xFF, 0x02, 0, 0};
+    static const uint8_t golden[STORE_STATUS_SIZE] = {0x01, 0x01, 0xBA, 0x05, 0x00, 0x03,
+                                                      0x90, 0x00, 0xFF, 0x02, 0,    0};
     store_status_t expected;
     store_status_t status;
     uint8_t wire[STORE_STATUS_SIZE];

@@ -110,7 +110,7 @@ impl Program {
             return Err(ProgramError::TooLong { len });
         }
         let inside = self.entry.checked_sub(self.load).is_some_and(|at| u64::from(at) < len);
-        if self.entry % 2 != 0 || !inside {
+        if !self.entry.is_multiple_of(2) || !inside {
             return Err(ProgramError::Entry(self.entry.into()));
         }
         Ok(self)
