@@ -154,12 +154,12 @@ fn a_program_is_flashed_and_what_is_there_is_left_alone() {
     let twin = Twin::start(&[]);
     let said = told(twin.path(), &["flash", "khepera"]);
     assert!(said.contains("unchanged"), "{said}");
-    twin.wait_for(|twin| answers(twin), "answer after the loader");
+    twin.wait_for(answers, "answer after the loader");
 
     fs::write(twin.path().join("letters.s37"), letters()).expect("writable");
     let said = told(twin.path(), &["flash", "khepera", "letters.s37", "--dry-run", "--json"]);
     assert!(said.contains("would_write"), "{said}");
-    twin.wait_for(|twin| answers(twin), "answer after the dry run");
+    twin.wait_for(answers, "answer after the dry run");
     let said = told(twin.path(), &["flash", "khepera", "letters.s37"]);
     assert!(said.contains("written") && said.contains("1 blocks sent"), "{said}");
     twin.wait_for(|twin| told(twin.path(), &["console", "x"]).contains("AAAA"), "letters");

@@ -111,6 +111,7 @@ impl Twin {
         loop {
             let Ok(line) = receive.recv_timeout(PATIENCE) else {
                 let _ = child.kill();
+                let _ = child.wait();
                 panic!("the twin does not start; is the preset firmware built? {said}");
             };
             if let Some(place) = line.strip_prefix("serving usbredir at ") {

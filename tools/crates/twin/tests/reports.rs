@@ -126,8 +126,7 @@ fn look(place: &Place, sequence: u8, now: Ps) -> Report {
         exposure_time: (now / (MS / 10)) as u16,
         flags: c::REPORT_WALL as u16,
         wall_row: [40; 3],
-        delay: ((LATENCY - Ps::from(c::CAMERA_EXPOSURE_TO_END_US as u32) * (MS / 1000)) / (MS / 10))
-            as u8,
+        delay: ((LATENCY - Ps::from(c::CAMERA_EXPOSURE_TO_END_US) * (MS / 1000)) / (MS / 10)) as u8,
         ..Report::default()
     };
     if let Some([x, row, disparity]) = place.project(300.0, 60.0, 33.5) {
