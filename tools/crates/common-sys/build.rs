@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 fn main() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../..");
+    // Asked when it runs: cargo may reuse this program for another checkout.
+    let here = env::var_os("CARGO_MANIFEST_DIR").expect("cargo says where this crate is");
+    let root = Path::new(&here).join("../../..");
     let common = root.join("common");
     let list = common.join("sources.txt");
 
@@ -22,7 +24,7 @@ fn main() {
 
     let out = PathBuf::from(env::var("OUT_DIR").expect("cargo sets OUT_DIR"));
     bindgen::Builder::default()
-        .header(format!("{}/src/all.h", env!("CARGO_MANIFEST_DIR")))
+        .header(Path::new(&here).join("src/all.h").display().to_string())
         .clang_arg(format!("-I{}", common.display()))
         .clang_arg(format!("-I{}", root.display()))
         .use_core()

@@ -198,10 +198,11 @@ impl Client<'_> {
 
     /// The next whole frame within `limit`.
     fn frame(&mut self, limit: Duration) -> Result<Option<Frame>, Error> {
-        let mut left = limit;
+        let end = self.line.now() + limit;
         loop {
-            let started = std::time::Instant::now();
-            let bytes = self.line.receive(left)?;
+            // A babbling line must not keep us here.
+            let left = end.saturating_sub(self.line.now());
+            let bytes = if left.is_zero() { vec![] } else { self.line.receive(left)? };
             if bytes.is_empty() {
                 return Ok(None);
             }
@@ -210,8 +211,6 @@ impl Client<'_> {
             if frame.is_some() {
                 return Ok(frame);
             }
-            // A babbling line must not keep us here.
-            left = left.saturating_sub(started.elapsed().max(Duration::from_micros(200)));
         }
     }
 
@@ -298,11 +297,19 @@ impl Client<'_> {
         self.knock(options.wait)
     }
 
-    /// A HELLO that comes while the loader checks the program keeps it there.
+    /// A HELLO that comes while the loader checks the program keeps it there. Knocks come faster than an
+    /// answer crosses the line, so the answer to an earlier one is as good.
     fn knock(&mut self, wait: Duration) -> Result<Hello, Error> {
+        let answer = (c::LOADER_HELLO | c::LOADER_REPLY) as u8;
         for _ in 0..wait.as_millis() / KNOCK_PERIOD.as_millis() {
             self.show(Step::Knocking)?;
-            if let Some(hello) = self.hello(KNOCK_PERIOD)? {
+            self.sequence = self.sequence.wrapping_add(1);
+            self.send(c::LOADER_HELLO, &[])?;
+            if let Some(frame) = self.frame(KNOCK_PERIOD)?
+                && frame.kind == answer
+                && let Some((0, rest)) = frame.payload.split_first()
+                && let Some(hello) = hello_decode(rest)
+            {
                 return Ok(hello);
             }
         }

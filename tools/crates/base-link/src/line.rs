@@ -25,11 +25,15 @@ pub trait Line {
     /// # Errors
     /// What the system says.
     fn set_baud(&mut self, baud: u32) -> io::Result<()>;
+
+    /// Time on the line's clock, from some beginning of its own.
+    fn now(&self) -> Duration;
 }
 
 /// A serial port of this machine, or the pseudo-terminal of a twin.
 pub struct SerialLine {
     port: TTYPort,
+    opened: Instant,
 }
 
 /// What is read at a time.
@@ -57,7 +61,7 @@ impl SerialLine {
         // Whoever had the line before may have left it otherwise.
         let _ = port.set_flow_control(FlowControl::None);
         let _ = port.clear(ClearBuffer::Input);
-        Ok(Self { port })
+        Ok(Self { port, opened: Instant::now() })
     }
 
     /// Obey XON and XOFF, or take them for characters as the loader's frames want it (as when opened).
@@ -74,7 +78,8 @@ impl SerialLine {
     /// # Errors
     /// What the system says.
     pub fn try_clone(&self) -> io::Result<Self> {
-        Ok(Self { port: self.port.try_clone_native().map_err(io::Error::from)? })
+        let port = self.port.try_clone_native().map_err(io::Error::from)?;
+        Ok(Self { port, opened: self.opened })
     }
 }
 
@@ -153,5 +158,9 @@ impl Line for SerialLine {
 
     fn set_baud(&mut self, baud: u32) -> io::Result<()> {
         self.port.set_baud_rate(baud).map_err(io::Error::from)
+    }
+
+    fn now(&self) -> Duration {
+        self.opened.elapsed()
     }
 }

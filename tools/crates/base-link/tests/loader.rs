@@ -140,6 +140,10 @@ impl Line for Wire {
         self.base.serial_set_baud(Some(baud));
         Ok(())
     }
+
+    fn now(&self) -> Duration {
+        Duration::from_nanos(self.base.now() / 1000)
+    }
 }
 
 /// A base whose flash holds `contents`, switched on, in its loader: somebody knocked.
