@@ -1,8 +1,7 @@
-/* How headers and records lie in their bytes: for the codecs in this folder only. */
+/* How headers and records lie in their bytes: for slots.c, and for the FX2, which
+ * has no room for these codecs and checks in place. */
 #ifndef LINK_SLOT_LAYOUT_H
 #define LINK_SLOT_LAYOUT_H
-
-#include <stdint.h>
 
 /* Offsets of the header's wire format; docs/SPEC.md section 3. */
 enum {
@@ -16,10 +15,8 @@ enum {
     AT_NAME = 36,
     AT_CRC16 = 62,
     /* and of a record's */
-    AT_SEQUENCE = 2
+    AT_SEQUENCE = 2,
+    AT_RECORD_CRC16 = 6
 };
-
-/* 1 if wire[0..size-1] are all FF. */
-uint8_t slot_all_erased(const uint8_t *wire, uint8_t size);
 
 #endif

@@ -59,11 +59,6 @@ void slot_header_encode(const slot_header_t *header, uint8_t wire[SLOT_HEADER_SI
 /* Decode wire[0..63]. On any error *header is left as it was. */
 slot_error_t slot_header_decode(const uint8_t wire[SLOT_HEADER_SIZE], slot_header_t *header);
 
-/* What slot_header_decode() would return and, of a header found SLOT_OK, two of its fields. */
-slot_error_t slot_header_check(const uint8_t wire[SLOT_HEADER_SIZE]);
-uint32_t slot_header_length(const uint8_t wire[SLOT_HEADER_SIZE]);
-uint32_t slot_header_generation(const uint8_t wire[SLOT_HEADER_SIZE]);
-
 #define SLOT_RECORD_SIZE    8u
 #define SLOT_RECORD_DEFAULT 0x44u /* 'D' */
 #define SLOT_RECORD_GOLDEN  0x47u /* 'G' */
