@@ -43,13 +43,24 @@ static int take_report(void *context, uint8_t wire[REPORT_SIZE], uint16_t *age_1
     return 1;
 }
 
-static int turret_write(void *context, uint8_t address, uint16_t value)
+/* The FPGA's registers: one takes only what fits a byte, and reads are over at the next poll. */
+static void register_begin(void *context, uint8_t address, const uint16_t *value)
 {
     desk_t *desk = context;
 
-    desk->turret_address = address;
-    desk->turret_value = value;
-    return 1;
+    desk->register_address = address;
+    if (value != NULL && *value <= UINT8_MAX)
+        desk->registers[address] = *value;
+}
+
+static turret_register_t register_state(void *context, uint16_t *value)
+{
+    desk_t *desk = context;
+
+    if (desk->turret_gone)
+        return TURRET_REGISTER_FAILED;
+    *value = desk->registers[desk->register_address];
+    return TURRET_REGISTER_READ;
 }
 
 static void sensors(void *context, adc_readings_t *readings)
@@ -153,7 +164,8 @@ static const base_t functions = {
     .motors = motors,
     .stop_word = take_stop_word,
     .report = take_report,
-    .turret_write = turret_write,
+    .register_begin = register_begin,
+    .register_state = register_state,
     .sensors = sensors,
     .bus_read = bus_read,
     .bus_write = bus_write,

@@ -7,6 +7,7 @@
 
 #include "app/base.h"
 #include "app/robot.h"
+#include "link/registers.h"
 
 #define DESK_PRINTED_SIZE 65536u
 
@@ -25,8 +26,9 @@ typedef struct {
     int stop_word;
     adc_readings_t sensors;
     uint8_t extension[64];
-    uint8_t turret_address;
-    uint16_t turret_value;
+    uint16_t registers[FPGA_REG_COUNT]; /* of the turret's FPGA */
+    uint8_t register_address;           /* the one asked for last */
+    int turret_gone;                    /* it does not answer */
     uint8_t report[REPORT_SIZE];
     int report_ready;
     uint16_t fine;

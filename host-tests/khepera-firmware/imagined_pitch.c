@@ -305,12 +305,18 @@ static int base_stop_word(void *context)
     return found;
 }
 
-static int base_turret_write(void *context, uint8_t address, uint16_t value)
+static void base_register_begin(void *context, uint8_t address, const uint16_t *value)
 {
     (void)context;
     (void)address;
     (void)value;
-    return 1;
+}
+
+static turret_register_t base_register_state(void *context, uint16_t *value)
+{
+    (void)context;
+    (void)value;
+    return TURRET_REGISTER_FAILED;
 }
 
 static void base_sensors(void *context, adc_readings_t *readings)
@@ -559,7 +565,8 @@ void pitch_begin(pitch_t *pitch, uint32_t seed, pitch_eyes_t eyes, double noise)
     pitch->base.console_sent = base_console_sent;
     pitch->base.console_baud = base_console_baud;
     pitch->base.stop_word = base_stop_word;
-    pitch->base.turret_write = base_turret_write;
+    pitch->base.register_begin = base_register_begin;
+    pitch->base.register_state = base_register_state;
     pitch->base.sensors = base_sensors;
     pitch->base.bus_read = base_bus_read;
     pitch->base.bus_write = base_bus_write;

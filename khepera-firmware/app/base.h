@@ -10,6 +10,7 @@
 #include "app/parameter_store.h"
 #include "board/crash.h"
 #include "drivers/adc.h"
+#include "drivers/turret.h"
 #include "link/report.h"
 
 /* What base_t.fine counts, a second. */
@@ -29,8 +30,10 @@ typedef struct {
     /* The newest report not yet taken: 1 with wire and the time since its attention interrupt
      * (units of 100 us), or 0. */
     int (*report)(void *context, uint8_t wire[REPORT_SIZE], uint16_t *age_100us);
-    /* Write a register of the turret's FPGA with its next report. 0 if one still waits. */
-    int (*turret_write)(void *context, uint8_t address, uint16_t value);
+    /* Read a register of the turret's FPGA, or, with `value`, write it and read it back: begins it,
+     * and the next one only when the state says that this one is over. */
+    void (*register_begin)(void *context, uint8_t address, const uint16_t *value);
+    turret_register_t (*register_state)(void *context, uint16_t *value);
     void (*sensors)(void *context, adc_readings_t *readings);
     /* The extension bus, addresses 0..63. */
     uint8_t (*bus_read)(void *context, uint8_t address);

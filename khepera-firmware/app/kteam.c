@@ -3,10 +3,12 @@
 #include <stddef.h>
 
 #include "board/khepera.h"
+#include "link/registers.h"
 
 /* What we claim to be: BIOS and protocol of a Khepera II. */
 #define VERSIONS          "5.02,5.01"
 #define PROTOCOL_ERROR    "z,Protocol error\r\n"
+#define TURRET_SILENT     "z,Turret does not answer\r\n"
 #define ARGUMENTS_MAX     4u
 #define EXTENSION_BUS_MAX 63
 #define TURRET_ID_MAX     31
@@ -266,44 +268,80 @@ static void print_report(const robot_t *robot)
                 report->opponent_confidence);
 }
 
-static int write_turret(robot_t *robot, const char *text)
+static void answer_version(robot_t *robot, const uint16_t *value)
 {
-    const base_t *base = robot->base;
-    int32_t arguments[2];
+    if (value != NULL)
+        robot_print(robot, "t,%d,b,%d,%d\r\n", BOARD_TURRET_ID, REPORT_VERSION, *value);
+    else
+        robot_print(robot, TURRET_SILENT);
+}
 
-    if (!arguments_are(text, arguments, 2) || !within(arguments[0], 0, UINT16_MAX) ||
-        !within(arguments[1], 0, INT8_MAX))
-        return 0;
-    if (base->turret_write(base->context, (uint8_t)arguments[1], (uint16_t)arguments[0]))
+static void answer_read(robot_t *robot, const uint16_t *value)
+{
+    if (value != NULL)
+        robot_print(robot, "t,%d,r,%d\r\n", BOARD_TURRET_ID, *value);
+    else
+        robot_print(robot, TURRET_SILENT);
+}
+
+static void answer_write(robot_t *robot, const uint16_t *value)
+{
+    if (value == NULL)
+        robot_print(robot, TURRET_SILENT);
+    else if (*value == robot->register_wanted)
         robot_print(robot, "t,%d,w\r\n", BOARD_TURRET_ID);
     else
-        robot_print(robot, "z,Turret is busy\r\n");
+        robot_print(robot, "z,Register %d does not take %d and is %d\r\n", robot->register_address,
+                    robot->register_wanted, *value);
+}
+
+/* R,address and W,value,address; 0 = protocol error. */
+static int access_register(robot_t *robot, char letter, const char *text)
+{
+    int32_t arguments[2] = {0, 0};
+    int32_t *address = letter == 'W' ? &arguments[1] : &arguments[0];
+
+    if (!arguments_are(text, arguments, letter == 'W' ? 2 : 1) ||
+        !within(*address, 0, (int32_t)FPGA_REG_COUNT - 1))
+        return 0;
+    if (letter == 'R')
+        robot_register_read(robot, (uint8_t)*address, answer_read);
+    else if (within(arguments[0], 0, UINT16_MAX))
+        robot_register_write(robot, (uint8_t)*address, (uint16_t)arguments[0], answer_write);
+    else
+        return 0;
     return 1;
 }
 
-/* A command of the vision turret; 0 = protocol error. */
-static int obey_turret(robot_t *robot, const char *text)
+/* N, S: what has come by itself. */
+static void tell_reports(robot_t *robot, char letter)
 {
-    char letter = *text;
-    int32_t none;
-
-    if (letter == 'W')
-        return write_turret(robot, text + 1);
-    if ((letter != 'B' && letter != 'N' && letter != 'S') || !arguments_are(text + 1, &none, 0))
-        return 0;
-    if (robot->silent_ticks >= ROBOT_REPORT_TIMEOUT_TICKS) {
-        robot_print(robot, "z,Turret does not answer\r\n");
-        return 1;
-    }
-    if (letter == 'B')
-        robot_print(robot, "t,%d,b,%d,%d\r\n", BOARD_TURRET_ID, REPORT_VERSION,
-                    robot->report.function);
+    if (robot->silent_ticks >= ROBOT_REPORT_TIMEOUT_TICKS)
+        robot_print(robot, TURRET_SILENT);
     else if (letter == 'N')
         print_report(robot);
     else
         robot_print(robot, "t,%d,s,%d,%d,%d,%d\r\n", BOARD_TURRET_ID, robot->silent_ticks * 10,
                     (int32_t)robot->reports, robot->bad_reports,
                     robot->base->reports_lost(robot->base->context));
+}
+
+/* A command of the vision turret; 0 = protocol error. */
+static int obey_turret(robot_t *robot, const char *text)
+{
+    char letter = *text++;
+    int32_t none;
+
+    if (letter == 'R' || letter == 'W')
+        return access_register(robot, letter, text);
+    if (!arguments_are(text, &none, 0))
+        return 0;
+    if (letter == 'B')
+        robot_register_read(robot, FPGA_REG_FUNCTION, answer_version);
+    else if (letter == 'N' || letter == 'S')
+        tell_reports(robot, letter);
+    else
+        return 0;
     return 1;
 }
 

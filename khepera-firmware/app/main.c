@@ -48,10 +48,16 @@ static int base_report(void *context, uint8_t wire[REPORT_SIZE], uint16_t *age_1
     return 1;
 }
 
-static int base_turret_write(void *context, uint8_t address, uint16_t value)
+static void base_register_begin(void *context, uint8_t address, const uint16_t *value)
 {
     (void)context;
-    return turret_write(address, value);
+    turret_register_begin(address, value);
+}
+
+static turret_register_t base_register_state(void *context, uint16_t *value)
+{
+    (void)context;
+    return turret_register_state(value);
 }
 
 static void base_sensors(void *context, adc_readings_t *readings)
@@ -200,7 +206,8 @@ static base_t base = {
     .motors = base_motors,
     .stop_word = base_stop_word,
     .report = base_report,
-    .turret_write = base_turret_write,
+    .register_begin = base_register_begin,
+    .register_state = base_register_state,
     .sensors = base_sensors,
     .bus_read = base_bus_read,
     .bus_write = base_bus_write,
@@ -230,6 +237,8 @@ static void poll_drivers(void)
     int gave_up = qspi_poll(&owner);
 
     turret_poll(gave_up && owner == QSPI_TURRET);
+    if (gave_up && owner == QSPI_REGISTER)
+        turret_register_give_up();
     adc_tick();
     sci_poll();
 }

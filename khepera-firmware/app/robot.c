@@ -132,14 +132,14 @@ static void obey(robot_t *robot, line_event_t event)
     } else {
         kteam_obey(robot, line);
     }
-    if (!robot->saving && robot->list == NULL)
+    if (!robot->saving && robot->list == NULL && robot->register_answer == NULL)
         line_editor_prompt(&robot->editor);
 }
 
 /* One line of the list under way. Returns 1 if there may be more. */
 static int go_on_with_list(robot_t *robot)
 {
-    if (robot->list == NULL || !has_room(robot, ROBOT_REPLY_ROOM))
+    if (robot->list == NULL || robot->register_answer != NULL || !has_room(robot, ROBOT_REPLY_ROOM))
         return 0;
     if (robot->list(robot, robot->list_next++))
         return 1;
@@ -157,8 +157,8 @@ static int poll_console(robot_t *robot)
         line_event_t event;
         int character;
 
-        if (robot->saving || robot->list != NULL || robot->restart != 0 ||
-            !has_room(robot, ROBOT_REPLY_ROOM))
+        if (robot->saving || robot->list != NULL || robot->register_answer != NULL ||
+            robot->restart != 0 || !has_room(robot, ROBOT_REPLY_ROOM))
             return 0; /* goes on when the queue has been sent */
         character = robot->base->console_read(robot->base->context);
         if (character < 0)
@@ -184,6 +184,39 @@ static int step_save(robot_t *robot)
     robot->saving = 0;
     shell_saved(robot, result == STORE_DONE);
     line_editor_prompt(&robot->editor);
+    return 1;
+}
+
+void robot_register_read(robot_t *robot, uint8_t address, robot_register_t answer)
+{
+    robot->register_address = address;
+    robot->register_answer = answer;
+    robot->base->register_begin(robot->base->context, address, NULL);
+}
+
+void robot_register_write(robot_t *robot, uint8_t address, uint16_t value, robot_register_t answer)
+{
+    robot->register_address = address;
+    robot->register_wanted = value;
+    robot->register_answer = answer;
+    robot->base->register_begin(robot->base->context, address, &value);
+}
+
+static int step_register(robot_t *robot)
+{
+    robot_register_t answer = robot->register_answer;
+    turret_register_t state;
+    uint16_t value;
+
+    if (answer == NULL)
+        return 0;
+    state = robot->base->register_state(robot->base->context, &value);
+    if (state == TURRET_REGISTER_BUSY)
+        return 0; /* the interrupt at its end wakes us */
+    robot->register_answer = NULL;
+    answer(robot, state == TURRET_REGISTER_READ ? &value : NULL);
+    if (robot->list == NULL)
+        line_editor_prompt(&robot->editor);
     return 1;
 }
 
@@ -390,6 +423,7 @@ int robot_poll(robot_t *robot)
     begin = now_fine(robot);
     more = go_on_with_list(robot) || poll_console(robot);
     more |= step_save(robot);
+    more |= step_register(robot);
     print_live_log(robot);
     restart_when_sent(robot);
     tasks_ran(&robot->tasks, TASK_CONSOLE, begin, now_fine(robot));
@@ -467,6 +501,7 @@ void robot_init(robot_t *robot, const base_t *base)
     robot->silent_ticks = ROBOT_BLIND_SEARCH_TICKS;
     robot->playing = robot->emergency = robot->leds = robot->log_live = 0;
     robot->list = NULL;
+    robot->register_answer = NULL;
     robot->saving = robot->restart = robot->battery_low = 0;
     robot_stop(robot);
     log_write(&robot->log, LOG_SYSTEM, LOG_INFO, "reset by %s", base->reset_cause);

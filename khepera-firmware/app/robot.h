@@ -25,6 +25,9 @@ struct robot;
 /* Prints line `index` of a list; 0 if there is none, and the list has ended. */
 typedef int (*robot_list_t)(struct robot *robot, uint16_t index);
 
+/* Answers a register's access: its value, NULL if the turret did not answer. */
+typedef void (*robot_register_t)(struct robot *robot, const uint16_t *value);
+
 typedef struct robot {
     const base_t *base;
     line_terminal_t terminal;
@@ -53,8 +56,11 @@ typedef struct robot {
     uint8_t saving;    /* `save` answers when it is done; other lines wait */
     robot_list_t list; /* under way, line by line, so that control is not held up; NULL = none */
     uint16_t list_next;
-    const char *list_argument; /* in the line that asked for it */
-    uint8_t restart;           /* 1 + base_restart_t: wanted, as soon as all has been sent */
+    const char *list_argument;        /* in the line that asked for it */
+    robot_register_t register_answer; /* of the access under way, other lines wait; NULL = none */
+    uint8_t register_address;         /* ... of which register, */
+    uint16_t register_wanted;         /* ... and what was written, if it is a write */
+    uint8_t restart;                  /* 1 + base_restart_t: wanted, as soon as all has been sent */
     uint8_t battery_low;
 } robot_t;
 
@@ -89,6 +95,11 @@ void robot_print(const robot_t *robot, const char *format, ...) FORMAT_LIKE_PRIN
 
 /* Answer with a list: its lines are printed one a poll from now on. */
 void robot_list(robot_t *robot, robot_list_t list, const char *argument);
+
+/* Read a register of the turret's FPGA, or write it and read it back: `answer` is called within a
+ * few milliseconds. Not while one is under way. */
+void robot_register_read(robot_t *robot, uint8_t address, robot_register_t answer);
+void robot_register_write(robot_t *robot, uint8_t address, uint16_t value, robot_register_t answer);
 
 /* Play from now on; 0 if an emergency stop is on. */
 int robot_play(robot_t *robot, angle_t heading);

@@ -8,7 +8,8 @@
 
 #include <stdint.h>
 
-typedef enum { QSPI_TURRET, QSPI_ADC, QSPI_OWNER_COUNT } qspi_owner_t;
+/* In the order of their urgency. */
+typedef enum { QSPI_TURRET, QSPI_REGISTER, QSPI_ADC, QSPI_OWNER_COUNT } qspi_owner_t;
 
 typedef struct {
     uint8_t words;         /* 1..16, of 16 bits */

@@ -1,5 +1,7 @@
 #include "drivers/turret.h"
 
+#include <stddef.h>
+
 #include "board/khepera.h"
 #include "board/mc68331.h"
 #include "drivers/interrupts.h"
@@ -8,10 +10,13 @@
 #include "link/bytes.h"
 #include "link/registers.h"
 
-#define ATTENTION_PIN  (1u << BOARD_TURRET_ATTENTION_IRQ) /* of port F */
-#define REGISTER_WORDS (REGISTER_WRITE_BYTES / 2u)
+#define ATTENTION_PIN (1u << BOARD_TURRET_ATTENTION_IRQ) /* of port F */
+#define WRITE_WORDS   (REGISTER_WRITE_BYTES / 2u)
+#define READ_WORDS    (REGISTER_READ_BYTES / 2u)
 
 static void report_done(const uint16_t received[16]);
+static void written(const uint16_t received[16]);
+static void answered(const uint16_t received[16]);
 
 /* Shared between both interrupts and the poll/take side, which mask interrupts around it. */
 static qspi_job_t job = {16, BOARD_PCS_TURRET, 1, 0, {0}, report_done};
@@ -19,9 +24,7 @@ static struct {
     volatile uint8_t running;
     volatile uint8_t fresh; /* words[newest] has not been taken yet */
     uint8_t newest;
-    uint8_t reading;              /* the interrupt writes to the other one */
-    volatile uint8_t write_waits; /* write[] goes out with the next run */
-    uint16_t write[REGISTER_WORDS];
+    uint8_t reading; /* the interrupt writes to the other one */
     uint16_t words[2][16];
     uint16_t asked; /* tick_fine() at the attention interrupt of the current run */
     uint16_t words_asked[2];
@@ -29,20 +32,17 @@ static struct {
     uint16_t timeouts;
 } turret;
 
+/* A register's two runs. The program fills them while nothing is under way, the interrupts at their
+ * ends set the state. */
+static qspi_job_t write_job = {WRITE_WORDS, BOARD_PCS_TURRET, 1, 0, {0}, written};
+static qspi_job_t read_job = {READ_WORDS, BOARD_PCS_TURRET, 1, 0, {0}, answered};
+static volatile turret_register_t register_state;
+static uint16_t register_value; /* valid in TURRET_REGISTER_READ */
+
 static void count(uint16_t *counter)
 {
     if (*counter < UINT16_MAX)
         (*counter)++;
-}
-
-/* Words 0..2 of the next run: a register write, or zeros, which are none. */
-static void take_write(void)
-{
-    unsigned i;
-
-    for (i = 0; i < REGISTER_WORDS; i++)
-        job.send[i] = turret.write_waits ? turret.write[i] : 0;
-    turret.write_waits = 0;
 }
 
 INTERRUPT void turret_attention_isr(void);
@@ -51,7 +51,6 @@ INTERRUPT void turret_attention_isr(void)
     turret.asked = tick_fine();
     PFPAR = 0;
     turret.running = 1;
-    take_write();
     qspi_start(QSPI_TURRET, &job);
 }
 
@@ -76,7 +75,6 @@ void turret_init(void)
 {
     turret.running = 0;
     turret.fresh = 0;
-    turret.write_waits = 0;
     PFPAR = ATTENTION_PIN;
 }
 
@@ -110,18 +108,56 @@ int turret_take(uint8_t wire[TURRET_REPORT_BYTES], uint16_t *age_fine)
     return 1;
 }
 
-int turret_write(uint8_t address, uint16_t value)
+/* ---- Registers ---- */
+
+static void written(const uint16_t received[16])
+{
+    (void)received;
+    qspi_start(QSPI_REGISTER, &read_job);
+}
+
+static void answered(const uint16_t received[16])
+{
+    uint8_t wire[REGISTER_READ_BYTES];
+    unsigned i;
+
+    be_put16(wire, read_job.send[0]);
+    for (i = 1; i < READ_WORDS; i++)
+        be_put16(&wire[2 * i], received[i]);
+    register_state =
+        register_read_decode(wire, &register_value) ? TURRET_REGISTER_READ : TURRET_REGISTER_FAILED;
+    interrupts_work = 1;
+}
+
+void turret_register_begin(uint8_t address, const uint16_t *value)
 {
     uint8_t wire[REGISTER_WRITE_BYTES];
     unsigned i;
 
-    if (turret.write_waits)
-        return 0;
-    register_write_encode(address, value, wire);
-    for (i = 0; i < REGISTER_WORDS; i++)
-        turret.write[i] = be_get16(&wire[2 * i]);
-    turret.write_waits = 1;
-    return 1;
+    register_state = TURRET_REGISTER_BUSY;
+    read_job.send[0] = (uint16_t)(REGISTER_WORD_READ | (address & (FPGA_REG_COUNT - 1u)));
+    if (value == NULL) {
+        qspi_start(QSPI_REGISTER, &read_job);
+        return;
+    }
+    register_write_encode(address, *value, wire);
+    for (i = 0; i < WRITE_WORDS; i++)
+        write_job.send[i] = be_get16(&wire[2 * i]);
+    qspi_start(QSPI_REGISTER, &write_job);
+}
+
+turret_register_t turret_register_state(uint16_t *value)
+{
+    turret_register_t state = register_state;
+
+    if (state == TURRET_REGISTER_READ)
+        *value = register_value;
+    return state;
+}
+
+void turret_register_give_up(void)
+{
+    register_state = TURRET_REGISTER_FAILED;
 }
 
 uint16_t turret_overruns(void)

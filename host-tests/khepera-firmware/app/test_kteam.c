@@ -140,16 +140,28 @@ static void the_vision_turret_answers(void)
     report.sequence = 7;
     report.flags = 1;
     report.ball_x_q4 = 2336;
-    check("T,26,B\n", "z,Turret does not answer\r\n");
+    check("T,26,N\n", "z,Turret does not answer\r\n");
     desk_ticks(&desk, 1);
     desk_show(&desk, &report);
-    check("T,26,B\n", "t,26,b,1,1\r\n");
     check("T,26,S\n", "t,26,s,0,1,0,0\r\n");
     check("T,26,N\n", "t,26,n,7,1,0,2336,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0\r\n");
-    check("T,26,W,61,4\n", "t,26,w\r\n");
-    TEST_ASSERT_EQUAL_UINT8(4, desk.turret_address);
-    TEST_ASSERT_EQUAL_UINT16(61, desk.turret_value);
     check("T,2,B\n", "z,Turret 2 is not there\r\n");
+}
+
+static void the_fpgas_registers_are_read_and_written(void)
+{
+    desk.registers[FPGA_REG_FUNCTION] = FPGA_FUNCTION_CAPTURE;
+    check("T,26,B\n", "t,26,b,1,2\r\n"); /* without any report */
+    check("T,26,W,61,4\n", "t,26,w\r\n");
+    TEST_ASSERT_EQUAL_UINT16(61, desk.registers[4]);
+    check("T,26,R,4\n", "t,26,r,61\r\n");
+    check("T,26,W,256,4\n", "z,Register 4 does not take 256 and is 61\r\n");
+    /* One that is answered later holds up what follows, and loses nothing of it. */
+    check("T,26,R,4\nH\nT,26,W,0,4\nT,26,R,4\n", "t,26,r,61\r\nh,0,0\r\nt,26,w\r\nt,26,r,0\r\n");
+    desk.turret_gone = 1;
+    check("T,26,R,4\n", "z,Turret does not answer\r\n");
+    check("T,26,W,61,4\n", "z,Turret does not answer\r\n");
+    check("T,26,B\n", "z,Turret does not answer\r\n");
 }
 
 static void wrong_lines_are_refused_and_change_nothing(void)
@@ -206,6 +218,14 @@ static void wrong_lines_are_refused_and_change_nothing(void)
                                         "T,26,B,1\n",
                                         "T,26,W,1\n",
                                         "T,26,W,1,128\n",
+                                        "T,26,W,65536,4\n",
+                                        "T,26,W,-1,4\n",
+                                        "T,26,W,1,2,3\n",
+                                        "T,26,R\n",
+                                        "T,26,R,128\n",
+                                        "T,26,R,-1\n",
+                                        "T,26,R,4,5\n",
+                                        "T,26,r,4\n",
                                         "D,99999999999,0\n",
                                         "D,\xFF,\x01\n"};
     unsigned i;
@@ -260,6 +280,7 @@ int main(void)
     RUN_TEST(sensors_are_read);
     RUN_TEST(the_extension_bus_has_data_before_address);
     RUN_TEST(the_vision_turret_answers);
+    RUN_TEST(the_fpgas_registers_are_read_and_written);
     RUN_TEST(wrong_lines_are_refused_and_change_nothing);
     RUN_TEST(unknown_letters_are_told);
     RUN_TEST(too_long_a_line_is_one_error_and_the_next_is_obeyed);

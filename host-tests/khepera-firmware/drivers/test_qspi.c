@@ -139,20 +139,122 @@ static void a_run_that_does_not_end_is_given_up(void)
     end_run(0, 0);
 }
 
-static void a_register_write_goes_out_once_with_its_check_sum(void)
+/* The words of a register's run, which must be the present one. */
+static void check_run(const uint8_t *bytes, unsigned words)
 {
-    static const uint8_t golden[] = {0x80, 0x04, 0x00, 0x3D, 0x62, 0xC6};
     unsigned i;
 
-    TEST_ASSERT_EQUAL(1, turret_write(FPGA_REG_GOAL_ROW, 61));
-    TEST_ASSERT_EQUAL_MESSAGE(0, turret_write(FPGA_REG_GOAL_ROW, 62), "one still waits");
+    TEST_ASSERT_TRUE(is_running());
+    TEST_ASSERT_EQUAL_UINT(REGISTER_READ_BYTES / 2, words_of_run());
+    TEST_ASSERT_EQUAL_HEX8(QSPI_CMD_CONT | QSPI_CMD_BITS | BOARD_PCS_TURRET, QSPI_CMD(0));
+    TEST_ASSERT_EQUAL_HEX8(QSPI_CMD_BITS | BOARD_PCS_TURRET, QSPI_CMD(2));
+    for (i = 0; i < words; i++)
+        TEST_ASSERT_EQUAL_HEX16(bytes[2 * i] << 8 | bytes[2 * i + 1], QSPI_TX(i));
+}
+
+static void answer_read(const uint8_t *bytes)
+{
+    unsigned i;
+
+    for (i = 1; i < REGISTER_READ_BYTES / 2; i++)
+        QSPI_RX(i) = (uint16_t)(bytes[2 * i] << 8 | bytes[2 * i + 1]);
+    SPCR1 = 0;
+    qspi_isr();
+}
+
+static const uint8_t golden_write[] = {0x80, 0x04, 0x00, 0x3D, 0x62, 0xC6};
+static const uint8_t golden_read[] = {0x40, 0x04, 0x00, 0x3C, 0xC1, 0x43};
+
+static void a_register_is_read_in_a_run_of_its_own(void)
+{
+    uint16_t value = 1;
+
+    turret_register_begin(FPGA_REG_GOAL_ROW, NULL);
+    check_run(golden_read, 1);
+    TEST_ASSERT_EQUAL(TURRET_REGISTER_BUSY, turret_register_state(&value));
+    interrupts_work = 0;
+    answer_read(golden_read);
+    TEST_ASSERT_EQUAL(TURRET_REGISTER_READ, turret_register_state(&value));
+    TEST_ASSERT_EQUAL_UINT16(60, value);
+    TEST_ASSERT_EQUAL_UINT8_MESSAGE(1, interrupts_work, "the program must wake");
+    TEST_ASSERT_FALSE(is_running());
+    TEST_ASSERT_EQUAL(0, turret_take(wire, &age));
+}
+
+static void a_register_write_is_read_back(void)
+{
+    const uint16_t wanted = 61;
+    uint16_t value = 1;
+
+    turret_register_begin(FPGA_REG_GOAL_ROW, &wanted);
+    check_run(golden_write, 3);
+    SPCR1 = 0;
+    qspi_isr();
+    check_run(golden_read, 1);
+    TEST_ASSERT_EQUAL(TURRET_REGISTER_BUSY, turret_register_state(&value));
+    answer_read(golden_read);
+    TEST_ASSERT_EQUAL(TURRET_REGISTER_READ, turret_register_state(&value));
+    TEST_ASSERT_EQUAL_UINT16_MESSAGE(60, value, "what it is, not what was wanted");
+}
+
+static void an_answer_damaged_in_any_bit_is_none_and_neither_is_nobodys(void)
+{
+    uint8_t damaged[REGISTER_READ_BYTES];
+    uint16_t value = 1;
+    unsigned bit;
+    unsigned address;
+
+    for (bit = 16; bit < 8 * REGISTER_READ_BYTES; bit++) {
+        memcpy(damaged, golden_read, sizeof damaged);
+        damaged[bit / 8] ^= (uint8_t)(1u << bit % 8);
+        turret_register_begin(FPGA_REG_GOAL_ROW, NULL);
+        answer_read(damaged);
+        TEST_ASSERT_EQUAL(TURRET_REGISTER_FAILED, turret_register_state(&value));
+    }
+    for (address = 0; address < FPGA_REG_COUNT; address++) {
+        turret_register_begin((uint8_t)address, NULL);
+        end_run(0xFFFF, 0);
+        TEST_ASSERT_EQUAL(TURRET_REGISTER_FAILED, turret_register_state(&value));
+        turret_register_begin((uint8_t)address, NULL);
+        end_run(0, 0);
+        TEST_ASSERT_EQUAL(TURRET_REGISTER_FAILED, turret_register_state(&value));
+    }
+    TEST_ASSERT_EQUAL_UINT16(1, value);
+}
+
+static void a_register_waits_for_a_report_and_the_other_way_round(void)
+{
+    uint16_t value;
+
     turret_attention_isr();
-    for (i = 0; i < 3; i++)
-        TEST_ASSERT_EQUAL_HEX16(golden[2 * i] << 8 | golden[2 * i + 1], QSPI_TX(i));
-    end_run(0, 0);
+    turret_register_begin(FPGA_REG_GOAL_ROW, NULL);
+    TEST_ASSERT_EQUAL_UINT(16, words_of_run());
+    end_run(0x1111, 0);
+    check_run(golden_read, 1);
     turret_attention_isr();
-    TEST_ASSERT_EQUAL_HEX16(0, QSPI_TX(0));
-    end_run(0, 0);
+    answer_read(golden_read);
+    TEST_ASSERT_EQUAL(TURRET_REGISTER_READ, turret_register_state(&value));
+    TEST_ASSERT_EQUAL_UINT(16, words_of_run());
+    TEST_ASSERT_EQUAL_HEX16_MESSAGE(0, QSPI_TX(0), "a report's run writes nothing");
+    end_run(0x2222, 0);
+    TEST_ASSERT_EQUAL(1, turret_take(wire, &age));
+    TEST_ASSERT_EQUAL_HEX8(0x22, wire[0]);
+}
+
+static void a_registers_run_that_does_not_end_is_a_failure(void)
+{
+    qspi_owner_t owner = QSPI_ADC;
+    uint16_t value;
+
+    turret_register_begin(FPGA_REG_GOAL_ROW, NULL);
+    (void)qspi_poll(&owner);
+    TEST_ASSERT_EQUAL(1, qspi_poll(&owner));
+    TEST_ASSERT_EQUAL(QSPI_REGISTER, owner);
+    turret_register_give_up();
+    TEST_ASSERT_EQUAL(TURRET_REGISTER_FAILED, turret_register_state(&value));
+    turret_register_begin(FPGA_REG_GOAL_ROW, NULL);
+    answer_read(golden_read);
+    TEST_ASSERT_EQUAL(TURRET_REGISTER_READ, turret_register_state(&value));
 }
 
 static void both_owners_get_their_runs_one_after_the_other(void)
@@ -254,7 +356,11 @@ int main(void)
     RUN_TEST(the_newest_report_wins_and_the_lost_one_counts);
     RUN_TEST(a_line_that_stays_low_is_looked_at_once_a_tick);
     RUN_TEST(a_run_that_does_not_end_is_given_up);
-    RUN_TEST(a_register_write_goes_out_once_with_its_check_sum);
+    RUN_TEST(a_register_is_read_in_a_run_of_its_own);
+    RUN_TEST(a_register_write_is_read_back);
+    RUN_TEST(an_answer_damaged_in_any_bit_is_none_and_neither_is_nobodys);
+    RUN_TEST(a_register_waits_for_a_report_and_the_other_way_round);
+    RUN_TEST(a_registers_run_that_does_not_end_is_a_failure);
     RUN_TEST(both_owners_get_their_runs_one_after_the_other);
     RUN_TEST(the_delay_is_longer_than_a_conversion);
     RUN_TEST(ten_ticks_bring_proximity_five_times_and_ambient_light_once);
