@@ -3,6 +3,7 @@
 #include <stddef.h>
 
 #include "app/format.h"
+#include "drivers/sci.h"
 
 #define CONTROL(letter) ((letter)-64)
 #define ESCAPE          0x1B
@@ -32,7 +33,7 @@ void line_editor_init(line_editor_t *editor, const line_terminal_t *terminal)
 {
     editor->terminal = terminal;
     editor->text[0] = '\0';
-    editor->length = editor->cursor = editor->overlong = editor->ended = 0;
+    editor->length = editor->cursor = editor->overlong = editor->ended = editor->damaged = 0;
     editor->after_cr = editor->interactive = editor->escape = 0;
     editor->parameter = '\0';
     editor->history_count = editor->history_next = editor->recalled = 0;
@@ -57,7 +58,7 @@ void line_editor_set_interactive(line_editor_t *editor, int interactive)
 static void begin_line(line_editor_t *editor)
 {
     editor->text[0] = '\0';
-    editor->length = editor->cursor = editor->overlong = editor->ended = 0;
+    editor->length = editor->cursor = editor->overlong = editor->ended = editor->damaged = 0;
     editor->recalled = 0;
 }
 
@@ -81,6 +82,8 @@ static void remove_before(line_editor_t *editor, unsigned count)
     editor->length = (uint8_t)(editor->length - count);
     for (i = editor->cursor; i <= editor->length; i++)
         editor->text[i] = editor->text[i + count];
+    if (editor->length == 0)
+        editor->damaged = 0; /* nothing is left of what was */
     if (editor->interactive) {
         put_times(editor, '\b', count);
         show_rest(editor, count);
@@ -288,7 +291,7 @@ static line_event_t end_of_line(line_editor_t *editor)
     }
     if (editor->interactive)
         remember(editor);
-    return LINE_WHOLE;
+    return editor->damaged ? LINE_DAMAGED : LINE_WHOLE;
 }
 
 static void sequence(line_editor_t *editor, char final)
@@ -419,6 +422,11 @@ line_event_t line_editor_take(line_editor_t *editor, uint8_t character)
         return LINE_NOTHING;
     if (editor->ended)
         begin_line(editor);
+    if (character == SCI_DAMAGED) {
+        editor->damaged = 1;
+        editor->escape = ESCAPE_NONE;
+        return LINE_NOTHING;
+    }
     if (take_escape(editor, character))
         return LINE_NOTHING;
     if (character == '\r' || character == '\n')

@@ -12,7 +12,7 @@
  *   gives up      ^C
  *
  * Raw, only backspace and Delete of these edit. Other control characters are ignored. A line too
- * long is dropped whole. */
+ * long is dropped whole, and so is one in which a character is missing. */
 #ifndef APP_LINE_EDITOR_H
 #define APP_LINE_EDITOR_H
 
@@ -22,9 +22,10 @@
 #define LINE_HISTORY_SIZE 16u
 
 typedef enum {
-    LINE_NOTHING = 0, /* the line goes on */
-    LINE_WHOLE = 1,   /* line_editor_t.text holds a line, NUL-terminated, until the next call */
-    LINE_TOO_LONG = 2 /* a line of more than LINE_MAX_LENGTH characters ended; it is gone */
+    LINE_NOTHING = 0,  /* the line goes on */
+    LINE_WHOLE = 1,    /* line_editor_t.text holds a line, NUL-terminated, until the next call */
+    LINE_TOO_LONG = 2, /* a line of more than LINE_MAX_LENGTH characters ended; it is gone */
+    LINE_DAMAGED = 3   /* a line ended of which characters are missing: it must not be obeyed */
 } line_event_t;
 
 /* What the editor needs of its surroundings. */
@@ -41,7 +42,8 @@ typedef struct {
     uint8_t length;
     uint8_t cursor;
     uint8_t overlong;
-    uint8_t ended; /* `text` was handed out: the next character begins a new line */
+    uint8_t damaged; /* a SCI_DAMAGED came */
+    uint8_t ended;   /* `text` was handed out: the next character begins a new line */
     uint8_t after_cr;
     uint8_t interactive;
     uint8_t escape; /* state within an escape sequence */

@@ -121,12 +121,13 @@ static void obey(robot_t *robot, line_event_t event)
     int shell = *line >= 'a' && *line <= 'z';
 
     heed_stop_word(robot);
-    if (event == LINE_TOO_LONG) {
-        if (shell)
-            robot_print(robot, "error: line too long; give at most %u characters\r\n",
-                        LINE_MAX_LENGTH);
-        else
-            robot_print(robot, "z,Protocol error\r\n");
+    if (event != LINE_WHOLE && !shell) {
+        robot_print(robot, "z,Protocol error\r\n");
+    } else if (event == LINE_TOO_LONG) {
+        robot_print(robot, "error: line too long; give at most %u characters\r\n", LINE_MAX_LENGTH);
+    } else if (event == LINE_DAMAGED) {
+        robot_print(robot,
+                    "error: a character of that line was lost on the way; send it again\r\n");
     } else if (shell) {
         shell_obey(robot, line);
     } else {

@@ -83,7 +83,9 @@
 #define SCCR1_RIE     0x0020
 #define SCCR1_TIE     0x0080
 #define SCSR_FE       0x0002
+#define SCSR_NF       0x0004
 #define SCSR_OR       0x0008
+#define SCSR_IDLE     0x0010
 #define SCSR_RDRF     0x0040
 #define SCSR_TC       0x0080
 #define SCSR_TDRE     0x0100

@@ -33,8 +33,11 @@ static volatile uint8_t stop_words; /* not yet taken */
 static volatile uint8_t urgent;     /* XON or XOFF, to be sent before the queue; 0 = none */
 static volatile uint8_t sender_held;
 static volatile uint8_t we_are_held;
-static uint8_t stop_word_matched; /* interrupt only */
-static uint32_t next_baud;        /* program only; 0 = no change */
+/* Interrupt only. */
+static uint8_t stop_word_matched;
+static uint8_t in_line; /* characters of a line have come, its end has not */
+static enum { DAMAGE_NONE, DAMAGE_BEFORE_LINE, DAMAGE_IN_LINE } damage; /* not yet in the queue */
+static uint32_t next_baud; /* program only; 0 = no change */
 
 static void count_loss(void)
 {
@@ -45,6 +48,39 @@ static void count_loss(void)
 static void request_transmit(void)
 {
     SCCR1 |= SCCR1_TIE;
+}
+
+static void count_damage(void)
+{
+    count_loss();
+    if (damage == DAMAGE_NONE)
+        damage = in_line ? DAMAGE_IN_LINE : DAMAGE_BEFORE_LINE;
+}
+
+/* Returns 0 if the queue is full. */
+static int enqueue(uint8_t character)
+{
+    if (rx.head - rx.tail == SCI_RX_SIZE)
+        return 0;
+    rx_data[rx.head % SCI_RX_SIZE] = character;
+    rx.head++;
+    return 1;
+}
+
+/* A character that counts. */
+static void take_in(uint8_t character)
+{
+    if (damage != DAMAGE_NONE && enqueue(SCI_DAMAGED))
+        damage = DAMAGE_NONE;
+    if (!enqueue(character))
+        count_damage();
+    in_line = character != '\r' && character != '\n';
+    if (rx.head - rx.tail >= RX_STOP && !sender_held) {
+        sender_held = 1;
+        urgent = SCI_XOFF;
+        request_transmit();
+    }
+    interrupts_work = 1;
 }
 
 static void take_character(uint8_t character)
@@ -63,31 +99,24 @@ static void take_character(uint8_t character)
         we_are_held = 0;
         request_transmit();
     }
-    if (character == SCI_XON)
-        return;
-    if (rx.head - rx.tail == SCI_RX_SIZE) {
-        count_loss();
-        return;
-    }
-    rx_data[rx.head % SCI_RX_SIZE] = character;
-    rx.head++;
-    if (rx.head - rx.tail >= RX_STOP && !sender_held) {
-        sender_held = 1;
-        urgent = SCI_XOFF;
-        request_transmit();
-    }
-    interrupts_work = 1;
+    if (character != SCI_XON)
+        take_in(character);
 }
 
 static void receive(uint16_t status)
 {
     uint8_t character = (uint8_t)SCDR; /* the read clears the flags that SCSR's read showed */
 
-    if (status & (SCSR_OR | SCSR_FE))
-        count_loss();
-    if (status & SCSR_FE)
+    /* The line has been at rest since what was damaged: that was no part of a command. */
+    if (damage == DAMAGE_BEFORE_LINE && (status & SCSR_IDLE))
+        damage = DAMAGE_NONE;
+    if (status & (SCSR_FE | SCSR_NF)) {
+        count_damage();
         return;
+    }
     take_character(character);
+    if (status & SCSR_OR)
+        count_damage(); /* the one after it */
 }
 
 static void transmit(void)

@@ -6,6 +6,10 @@
  * that comes in holds our answers back until XON or any other character comes: one that line noise
  * made costs nothing but time.
  *
+ * A character that comes damaged (framing error, a break, noise) or is lost (overrun, queue full)
+ * leaves SCI_DAMAGED in its place, so that nobody takes what is left of a line for another line.
+ * Only what is wrong between two lines, with the line at rest behind it, leaves nothing.
+ *
  * The word `estop` turns the motors off in the receive interrupt itself, wherever it stands in the
  * stream and however much waits before it. */
 #ifndef DRIVERS_SCI_H
@@ -17,12 +21,15 @@
 #define SCI_TX_SIZE 0x8000u
 #define SCI_XON     0x11u
 #define SCI_XOFF    0x13u
+#define SCI_DAMAGED 0x1Au /* ASCII SUB */
 
 /* Set the line up at `baud` (300..115200). Call after qspi_init() (which sets the QSM's interrupt
  * levels), interrupts still masked. */
 void sci_init(uint32_t baud);
 
-/* Next character received, 0..255, or -1 if there is none. */
+/* Next character received, 0..255, SCI_DAMAGED for one or more that are missing; -1 if there is
+ * none.
+ */
 int sci_read(void);
 
 /* Queue characters; those that the queue does not take are lost (see sci_room()). Never waits. */
@@ -43,7 +50,7 @@ void sci_poll(void);
 /* 1 once after each `estop`. */
 int sci_take_stop_word(void);
 
-/* Characters lost: framing errors, overruns, and the receive queue full. Saturates. */
+/* Characters lost: framing errors, noise, overruns, and the receive queue full. Saturates. */
 uint16_t sci_losses(void);
 
 #endif

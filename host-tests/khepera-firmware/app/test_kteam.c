@@ -259,6 +259,25 @@ static void too_long_a_line_is_one_error_and_the_next_is_obeyed(void)
     check("B\n", "b,5.02,5.01\r\n");
 }
 
+static void a_line_with_a_damaged_character_is_not_obeyed(void)
+{
+    static const char line[] = "D,10,-12\n";
+    char damaged[sizeof line];
+    unsigned i;
+
+    for (i = 0; i + 2 < sizeof line; i++) {
+        memcpy(damaged, line, sizeof line);
+        damaged[i] = 0x1A; /* as the serial driver marks it */
+        check_refused(damaged);
+        TEST_ASSERT_EQUAL(WHEEL_OFF, desk.robot.motion.wheel[0].mode);
+    }
+    check_refused("G,1,1\x1AG,2,2\n"); /* the end of a line was lost */
+    check("\x1A\r\n", "");
+    check("H\n", "h,0,0\r\n");
+    check("set log.x\x1A 1\n",
+          "error: a character of that line was lost on the way; send it again\r\n");
+}
+
 static void a_motion_command_ends_play(void)
 {
     (void)desk_ask(&desk, "start 0\n");
@@ -284,6 +303,7 @@ int main(void)
     RUN_TEST(wrong_lines_are_refused_and_change_nothing);
     RUN_TEST(unknown_letters_are_told);
     RUN_TEST(too_long_a_line_is_one_error_and_the_next_is_obeyed);
+    RUN_TEST(a_line_with_a_damaged_character_is_not_obeyed);
     RUN_TEST(a_motion_command_ends_play);
     return UNITY_END();
 }

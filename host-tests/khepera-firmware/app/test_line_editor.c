@@ -59,6 +59,16 @@ static void check_line(const char *typed, const char *line)
 
 /* ---- Raw ---- */
 
+static void a_line_with_a_missing_character_is_told_until_it_is_rubbed_out(void)
+{
+    TEST_ASSERT_EQUAL(LINE_DAMAGED, type("sta\x1Atus\n"));
+    check_line("status\n", "status");
+    TEST_ASSERT_EQUAL(LINE_DAMAGED, type("ab\x1A\b\n"));
+    check_line("ab\x1A\b\bstatus\n", "status");
+    TEST_ASSERT_EQUAL_MESSAGE(LINE_NOTHING, type("\x1A\r\n"), "nothing is left to obey");
+    check_line("status\n", "status");
+}
+
 static void either_end_of_line_gives_the_line(void)
 {
     check_line("help\n", "help");
@@ -280,6 +290,7 @@ static void numbers_are_whole_or_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(a_line_with_a_missing_character_is_told_until_it_is_rubbed_out);
     RUN_TEST(either_end_of_line_gives_the_line);
     RUN_TEST(empty_lines_are_nothing_and_nothing_is_echoed);
     RUN_TEST(backspace_rubs_out);

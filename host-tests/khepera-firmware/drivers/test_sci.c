@@ -15,12 +15,17 @@ void sci_isr(void);
 
 void setUp(void)
 {
-    /* The driver's state outlives a test: empty its queues, release both sides. */
-    while (sci_read() >= 0) {
+    unsigned i;
+
+    /* The driver's state outlives a test: empty its queues, end the line, release both sides. */
+    for (i = 0; i < 2; i++) {
+        while (sci_read() >= 0) {
+        }
+        SCSR = SCSR_RDRF;
+        SCDR = '\n';
+        sci_isr();
     }
-    SCSR = SCSR_RDRF;
-    SCDR = SCI_XON;
-    sci_isr();
+    (void)sci_read();
     while (!sci_sent()) {
         SCSR = SCSR_TDRE | SCSR_TC;
         sci_isr();
@@ -115,19 +120,67 @@ static void what_does_not_fit_is_cut(void)
     TEST_ASSERT_EQUAL(-1, transmitted());
 }
 
-static void errors_are_counted_and_framing_errors_dropped(void)
+static void receive_with(uint8_t character, uint16_t flags)
+{
+    SCSR = (uint16_t)(SCSR_RDRF | flags);
+    SCDR = character;
+    sci_isr();
+}
+
+static void check_read(const char *expected)
+{
+    for (; *expected != '\0'; expected++)
+        TEST_ASSERT_EQUAL_HEX8(*expected, sci_read());
+    TEST_ASSERT_EQUAL(-1, sci_read());
+}
+
+static void damaged_and_lost_characters_leave_a_mark_in_their_line(void)
 {
     uint16_t before = sci_losses();
 
-    SCSR = SCSR_RDRF | SCSR_FE;
-    SCDR = 'f';
-    sci_isr();
-    TEST_ASSERT_EQUAL(-1, sci_read());
-    SCSR = SCSR_RDRF | SCSR_OR;
-    SCDR = 'o';
-    sci_isr();
-    TEST_ASSERT_EQUAL('o', sci_read());
-    TEST_ASSERT_EQUAL_UINT16(before + 2, sci_losses());
+    receive('D');
+    receive_with('1', SCSR_FE);
+    receive_with('2', SCSR_NF);
+    receive_string("3\n");
+    check_read("D\x1A"
+               "3\n");
+    receive_with('E', SCSR_OR); /* the one after it is lost */
+    receive('\n');
+    check_read("E\x1A\n");
+    receive_string("H\n");
+    check_read("H\n");
+    TEST_ASSERT_EQUAL_UINT16(before + 3, sci_losses());
+}
+
+static void what_is_damaged_between_lines_marks_the_next_one_unless_the_line_rested(void)
+{
+    receive_with(0, SCSR_FE);
+    receive_string("H\n");
+    check_read("\x1AH\n");
+    receive_with(0, SCSR_FE);
+    receive_with(0, SCSR_FE | SCSR_IDLE);
+    receive_with('H', SCSR_IDLE);
+    receive('\n');
+    check_read("H\n");
+    receive('H');
+    receive_with(0, SCSR_FE);
+    receive_with('\n', SCSR_IDLE);
+    check_read("H\x1A\n");
+}
+
+static void a_full_queue_marks_the_line_that_it_cuts(void)
+{
+    uint32_t i;
+
+    for (i = 0; i < SCI_RX_SIZE; i++)
+        receive('q');
+    receive_string("lost");
+    for (i = 0; i < 100; i++)
+        TEST_ASSERT_EQUAL('q', sci_read());
+    receive_string("kept\n");
+    for (i = 100; i < SCI_RX_SIZE; i++)
+        TEST_ASSERT_EQUAL('q', sci_read());
+    check_read("\x1Akept\n");
 }
 
 static void a_paste_of_64_kib_loses_nothing_though_nobody_reads(void)
@@ -251,7 +304,9 @@ int main(void)
     RUN_TEST(characters_come_in_order_and_leave_work);
     RUN_TEST(all_that_is_written_goes_out_and_then_the_interrupt_rests);
     RUN_TEST(what_does_not_fit_is_cut);
-    RUN_TEST(errors_are_counted_and_framing_errors_dropped);
+    RUN_TEST(damaged_and_lost_characters_leave_a_mark_in_their_line);
+    RUN_TEST(what_is_damaged_between_lines_marks_the_next_one_unless_the_line_rested);
+    RUN_TEST(a_full_queue_marks_the_line_that_it_cuts);
     RUN_TEST(a_paste_of_64_kib_loses_nothing_though_nobody_reads);
     RUN_TEST(a_full_queue_stops_the_sender_in_time_and_lets_him_go_on);
     RUN_TEST(xoff_holds_our_answers_until_xon_or_anything_else);

@@ -46,6 +46,7 @@ pub use diagnostics::Diagnostic;
 pub use drive::{MotorDrive, WheelFault};
 pub use image::ImageError;
 pub use integration::ResetCause;
+pub use sci::Parity;
 
 use bus::Bus;
 use cpu32::Cpu;
@@ -307,7 +308,7 @@ impl Base {
 
     /// Characters of [`Base::serial_send`] that have not been sent completely.
     pub fn serial_waiting(&self) -> usize {
-        self.soc.qsm.sci.waiting()
+        self.soc.qsm.sci.waiting(self.now())
     }
 
     /// Characters that the base has sent since the last call, with the times of their stop bits'
@@ -325,6 +326,26 @@ impl Base {
     /// Change the host's baud rate (None: it follows the SCI's); not while characters are waiting.
     pub fn serial_set_baud(&mut self, baud: Option<u32>) {
         self.soc.qsm.sci.set_host_baud(baud);
+    }
+
+    /// Parity bit of the host's characters, both ways; None: 8N1.
+    pub fn serial_set_parity(&mut self, parity: Option<Parity>) {
+        self.soc.qsm.sci.set_host_parity(parity);
+    }
+
+    /// Hold the line to the base low for `time`, after the characters that wait.
+    pub fn serial_break(&mut self, time: Ps) {
+        let now = self.now();
+        self.soc.qsm.sci.send_break(now, time);
+        self.soc.plan();
+    }
+
+    /// Disturb the line to the base: from `from` on, `time` long, it has the level that it should not
+    /// have. Disturbances come in the order of these calls.
+    pub fn serial_disturb(&mut self, from: Ps, time: Ps) {
+        let now = self.now();
+        self.soc.qsm.sci.disturb(now, from, time);
+        self.soc.plan();
     }
 
     // ---- wheels

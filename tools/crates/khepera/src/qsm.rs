@@ -1,5 +1,7 @@
 //! QSM: the queued serial module: SCI, QSPI, port QS and the registers around them (QSMRM).
 
+use sim::Ps;
+
 use crate::qspi::{Pins, Qspi};
 use crate::sci::Sci;
 
@@ -92,7 +94,7 @@ impl Qsm {
     }
 
     /// Write the bytes in `mask` of the word at even `offset`.
-    pub fn write(&mut self, clk: u64, offset: u32, value: u16, mask: u16) -> Effect {
+    pub fn write(&mut self, clk: u64, now: Ps, offset: u32, value: u16, mask: u16) -> Effect {
         let merge = |old: u16| old & !mask | value & mask;
         let high = (mask & 0xFF00 != 0).then_some((value >> 8) as u8);
         let low = (mask & 0x00FF != 0).then_some(value as u8);
@@ -106,7 +108,7 @@ impl Qsm {
                 self.qivr = low.map_or(self.qivr, |v| v | 1);
             }
             0x08 => self.sci.sccr0 = merge(self.sci.sccr0) & 0x1FFF,
-            0x0A => return self.sci.write_control(clk, merge(self.sci.sccr1)).into(),
+            0x0A => return self.sci.write_control(clk, now, merge(self.sci.sccr1)).into(),
             0x0E if low.is_some() => return self.sci.write_data(clk, value & mask).into(),
             0x14 | 0x16 => return self.write_port(offset, high, low).into(),
             0x18..=0x1F => return self.write_queue(clk, offset, value, mask).into(),

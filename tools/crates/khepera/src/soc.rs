@@ -418,7 +418,8 @@ impl Soc {
             }
             0xA00..=0xA7F => self.write_system(offset, value, mask),
             0xC00..=0xDFF => {
-                let effect = self.qsm.write(self.clk, address & 0x1FF, value, mask);
+                let now = self.time.ps(self.clk);
+                let effect = self.qsm.write(self.clk, now, address & 0x1FF, value, mask);
                 self.drive_pins(self.clk, effect.pins, turret);
                 effect.warning
             }

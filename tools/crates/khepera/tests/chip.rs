@@ -2,9 +2,9 @@
 
 mod common;
 
-use common::{Program, Recorder, result, result_long};
+use common::{Program, RESULTS, Recorder, result, result_long};
 use khepera::turret_bus::Unconnected;
-use khepera::{Base, WheelFault};
+use khepera::{Base, Parity, WheelFault};
 use sim::{MS, Ps, SECOND, US};
 
 const SYSTEM_HZ: u64 = 25_165_824;
@@ -116,6 +116,112 @@ fn a_break_in_the_rate_is_a_framing_error() {
     base.serial_send(&[0x00]);
     base.run_until(10 * MS, &mut Unconnected);
     assert_eq!(result(&base, 0) & 0x02, 0x02, "FE");
+}
+
+/// Notes SCSR and SCDR of each character, at `RESULTS` one after the other.
+const LISTENER: &str = "
+        lea (RESULTS).l,%a0
+ wait:  move.w (SCSR).w,%d0
+        btst #6,%d0
+        beq wait
+        move.w %d0,(%a0)+
+        move.w (SCDR).w,(%a0)+
+        bra wait";
+const BIT_9600: Ps = 32 * 82 * SECOND / SYSTEM_HZ;
+
+/// What a listener with `sccr1` got of what `send` does: flags NF, FE and PF, and the data.
+fn heard(sccr1: u16, send: impl FnOnce(&mut Base)) -> Vec<(u16, u16)> {
+    let code = format!("move.w #82,(SCCR0).w\n move.w #{sccr1},(SCCR1).w\n{LISTENER}");
+    let mut base = program(&[], &code);
+    base.run_until(5 * MS, &mut Unconnected);
+    base.serial_set_baud(None);
+    send(&mut base);
+    base.run_until(40 * MS, &mut Unconnected);
+    let entry = |n: u32| (result(&base, 4 * n), result(&base, 4 * n + 2));
+    let written = (base.registers()[8] - RESULTS) / 4;
+    (0..written).map(entry).map(|(status, data)| (status & 7, data)).collect()
+}
+
+const RECEIVE: u16 = 0x0004;
+const NOISE: u16 = 4;
+const FRAMING: u16 = 2;
+const PARITY: u16 = 1;
+
+#[test]
+fn a_break_is_one_framing_error_and_what_follows_it_is_received() {
+    let got = heard(RECEIVE, |base| {
+        base.serial_send(b"a");
+        base.serial_break(7 * MS);
+        base.serial_send(b"b");
+    });
+    assert_eq!(got, [(0, 97), (FRAMING, 0), (0, 98)]);
+}
+
+#[test]
+fn a_sample_that_disagrees_is_noise_and_two_turn_the_bit() {
+    // Bit 2 of 0x00: its samples are taken at 7, 8 and 9 sixteenths of the third bit.
+    for (sixteenths, expected) in [(1, (NOISE, 0)), (2, (NOISE, 4)), (3, (0, 4))] {
+        let got = heard(RECEIVE, |base| {
+            let start = base.now();
+            base.serial_send(&[0]);
+            let rt = BIT_9600 / 16;
+            base.serial_disturb(start + 3 * BIT_9600 + 6 * rt + rt / 2, sixteenths * rt);
+        });
+        assert_eq!(got, [expected], "{sixteenths} samples");
+    }
+}
+
+#[test]
+fn a_short_disturbance_of_a_line_at_rest_is_nothing_and_a_long_one_a_character() {
+    let disturbed = |sixteenths: u64| {
+        heard(RECEIVE, |base| {
+            base.serial_disturb(base.now() + MS, sixteenths * BIT_9600 / 16);
+        })
+    };
+    assert_eq!(disturbed(3), []);
+    assert_eq!(disturbed(16), [(0, 0xFF)]);
+}
+
+#[test]
+fn parity_is_checked_as_the_registers_say() {
+    const NINE_EVEN: u16 = RECEIVE | 1 << 9 | 1 << 10;
+    const NINE_ODD: u16 = NINE_EVEN | 1 << 11;
+    for (sccr1, host, flag) in [
+        (NINE_EVEN, Parity::Even, 0),
+        (NINE_ODD, Parity::Odd, 0),
+        (NINE_EVEN, Parity::Odd, PARITY),
+        (NINE_ODD, Parity::Even, PARITY),
+    ] {
+        let got = heard(sccr1, |base| {
+            base.serial_set_parity(Some(host));
+            base.serial_send(&[0x00, 0x01, 0xFF]);
+        });
+        let (flags, data): (Vec<u16>, Vec<u16>) = got.into_iter().unzip();
+        assert_eq!(flags, [flag; 3], "{sccr1:#06x} {host:?}");
+        assert_eq!(data.iter().map(|d| d & 0xFF).collect::<Vec<_>>(), [0, 1, 0xFF]);
+    }
+}
+
+#[test]
+fn parity_and_breaks_are_sent_as_the_registers_say() {
+    let mut base = program(
+        &[],
+        "move.w #82,(SCCR0).w
+         move.w #0x0608,(SCCR1).w      | M, PE: even, TE
+         move.w (SCSR).w,%d0
+         move.w #0x55,(SCDR).w
+ wait:   move.w (SCSR).w,%d0
+         btst #7,%d0                   | TC
+         beq wait
+         move.w #0x0609,(SCCR1).w      | a break
+         move.w #0x0608,(SCCR1).w
+         stop #0x2700",
+    );
+    base.serial_set_parity(Some(Parity::Even));
+    base.run_until(10 * MS, &mut Unconnected);
+    let sent: Vec<u8> = base.serial_take().iter().map(|s| s.1).collect();
+    assert_eq!((sent, base.serial_framing_errors()), (vec![0x55], 1));
+    assert_eq!(base.diagnostics().len(), 0, "{:?}", base.diagnostics());
 }
 
 #[test]

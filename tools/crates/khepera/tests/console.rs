@@ -331,6 +331,111 @@ fn a_thousand_random_lines_leave_a_robot_that_obeys() {
     assert_eq!(desk.base.resets().len(), 1, "{:?}", desk.base.resets());
 }
 
+/// Random numbers, the same each time.
+struct Draw(u32);
+
+impl Draw {
+    fn below(&mut self, limit: u32) -> u32 {
+        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (self.0 >> 8) % limit
+    }
+}
+
+/// Send a line that something may happen to on its way; what is answered until the line is quiet.
+fn try_to_ask(desk: &mut Desk, line: &str) -> String {
+    desk.clear();
+    desk.send(format!("{line}\n").as_bytes());
+    desk.wait(40 * MS);
+    desk.text()
+}
+
+/// Disturb the line now and then for the next `time`: at random, each `longest` bits long at most.
+fn disturb(desk: &mut Desk, draw: &mut Draw, time: Ps, longest: f64) {
+    let mut at = desk.base.now();
+    let end = at + time;
+    let bit = SECOND / u64::from(board::BOARD_BAUD);
+    while at < end {
+        at += u64::from(draw.below(400)) * bit / 8;
+        let length = (longest * bit as f64 * f64::from(draw.below(1000)) / 1000.0) as Ps;
+        desk.base.serial_disturb(at, length);
+        at += length;
+    }
+}
+
+#[test]
+fn a_character_with_a_noisy_bit_never_makes_another_command() {
+    let mut desk = Desk::new();
+    let mut draw = Draw(1);
+    let mut accepted = "h,0,0\r\n".to_owned();
+    let (mut good, mut refused) = (0, 0);
+    for n in 0..150 {
+        // Shorter than the distance of two samples: seen, and never enough to turn a bit.
+        disturb(&mut desk, &mut draw, 20 * MS, 1.0 / 16.5);
+        match try_to_ask(&mut desk, &format!("G,{},{}", n * 1111, -n)).as_str() {
+            "g\r\n" => {
+                good += 1;
+                accepted = format!("h,{},{}\r\n", n * 1111, -n);
+            }
+            "z,Protocol error\r\n" | "" => refused += 1,
+            other => panic!("line {n}: '{other}'"),
+        }
+        // If the line's end was hit, it ends now.
+        desk.send(b"\n");
+        desk.wait(60 * MS);
+        assert_eq!(desk.ask("H"), accepted, "line {n}");
+    }
+    assert!(good > 20 && refused > 20, "{good} good, {refused} refused");
+    assert!(!desk.ask("status").contains("console: 0 characters lost"));
+}
+
+#[test]
+fn a_robot_on_a_line_full_of_noise_lives_and_stops() {
+    let mut desk = Desk::new();
+    let mut draw = Draw(2);
+    for n in 0..150 {
+        disturb(&mut desk, &mut draw, 20 * MS, 3.0);
+        try_to_ask(&mut desk, &format!("D,{n},{}", 150 - n));
+    }
+    desk.wait(100 * MS);
+    desk.send(b"\r\n");
+    assert!(desk.ask("estop").contains("ok: emergency stop"));
+    assert_eq!(desk.duties(), [0.0; 2]);
+    assert_eq!(desk.base.resets().len(), 1, "{:?}", desk.base.resets());
+}
+
+#[test]
+fn a_wrong_rate_moves_nothing_and_the_right_one_is_heard_after_it() {
+    let lines = "D,20,20\r\nP,100,100\r\nC,500,500\r\nstart 0\r\nrun soccer 0\r\nk D,9,9\r\n";
+    for rate in [300, 1200, 2400, 4800, 14_400, 19_200, 38_400, 57_600, 115_200] {
+        let mut desk = Desk::new();
+        desk.base.serial_set_baud(Some(rate));
+        desk.send(lines.as_bytes());
+        desk.wait(200 * MS);
+        assert_eq!(desk.duties(), [0.0; 2], "{rate}");
+        desk.base.serial_set_baud(Some(board::BOARD_BAUD));
+        desk.send(b"\r\n");
+        desk.wait(50 * MS);
+        assert_eq!(desk.ask("B"), "b,5.02,5.01\r\n", "{rate}");
+        assert_eq!(desk.ask("H"), "h,0,0\r\n", "{rate}");
+        assert_eq!(desk.base.resets().len(), 1, "{rate}");
+    }
+}
+
+#[test]
+fn a_break_spoils_the_line_that_it_cuts_and_no_other() {
+    let mut desk = Desk::new();
+    desk.clear();
+    desk.base.serial_send(b"D,1");
+    desk.base.serial_break(5 * MS);
+    desk.send(b"2,12\n");
+    desk.wait(50 * MS);
+    assert_eq!(desk.text(), "z,Protocol error\r\n");
+    assert_eq!(desk.duties(), [0.0; 2]);
+    desk.base.serial_break(300 * MS);
+    desk.wait(310 * MS);
+    assert_eq!(desk.ask("B"), "b,5.02,5.01\r\n", "a cable that was pulled and is back");
+}
+
 /// Set a value, save it, and wait for the answer; false if the supply went meanwhile.
 fn save(desk: &mut Desk, value: u32) -> bool {
     desk.ask(&format!("set speed.kp {value}"));
