@@ -18,14 +18,14 @@ enum {
     AT_EXPOSURE = 24,
     AT_SESSION = 28,
     AT_FLAGS = 30,
-    AT_GOAL_ROW = 31,
-    AT_OPPONENT_ROW = 32,
-    AT_SEARCH_MAX = 33,
-    AT_YELLOW_MARGIN = 34,
-    AT_RESERVED = 35,
-    AT_REPORT = 38,
-    AT_CRC = 70
+    AT_RESERVED = 31,
+    AT_REPORT = 32,
+    AT_PARAMS = 64,
+    AT_CRC = 96
 };
+
+/* All parameters have a place: a negative array size stops the compiler otherwise. */
+typedef char params_fit_a_header[EYE_PARAM_COUNT <= STREAM_PARAMS_SIZE ? 1 : -1];
 
 static void copy(uint8_t *to, const uint8_t *from, uint8_t size)
 {
@@ -35,6 +35,8 @@ static void copy(uint8_t *to, const uint8_t *from, uint8_t size)
 
 void stream_header_encode(const stream_header_t *header, uint8_t wire[STREAM_HEADER_SIZE])
 {
+    uint8_t i;
+
     be_put32(wire + AT_MAGIC, STREAM_MAGIC);
     wire[AT_VERSION] = STREAM_VERSION;
     wire[AT_KIND] = header->kind;
@@ -48,13 +50,11 @@ void stream_header_encode(const stream_header_t *header, uint8_t wire[STREAM_HEA
     be_put32(wire + AT_EXPOSURE, header->exposure_us);
     be_put16(wire + AT_SESSION, header->session);
     wire[AT_FLAGS] = header->flags;
-    wire[AT_GOAL_ROW] = header->params.goal_row;
-    wire[AT_OPPONENT_ROW] = header->params.opponent_row;
-    wire[AT_SEARCH_MAX] = header->params.search_max;
-    wire[AT_YELLOW_MARGIN] = header->params.yellow_margin;
     wire[AT_RESERVED] = 0;
-    be_put16(wire + AT_RESERVED + 1, 0);
     copy(wire + AT_REPORT, header->report, REPORT_SIZE);
+    for (i = EYE_PARAM_COUNT; i < STREAM_PARAMS_SIZE; i++)
+        wire[AT_PARAMS + i] = 0;
+    eye_params_encode(&header->params, wire + AT_PARAMS);
     be_put16(wire + AT_CRC, crc16_ccitt(CRC16_INIT, wire, AT_CRC));
 }
 
@@ -101,11 +101,8 @@ stream_error_t stream_header_decode(const uint8_t wire[STREAM_HEADER_SIZE], stre
     header->lost = be_get32(wire + AT_LOST);
     header->exposure_us = be_get32(wire + AT_EXPOSURE);
     header->session = be_get16(wire + AT_SESSION);
-    header->params.goal_row = wire[AT_GOAL_ROW];
-    header->params.opponent_row = wire[AT_OPPONENT_ROW];
-    header->params.search_max = wire[AT_SEARCH_MAX];
-    header->params.yellow_margin = wire[AT_YELLOW_MARGIN];
     copy(header->report, wire + AT_REPORT, REPORT_SIZE);
+    eye_params_decode(wire + AT_PARAMS, &header->params);
     return STREAM_OK;
 }
 

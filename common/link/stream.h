@@ -15,12 +15,16 @@
 
 #include <stdint.h>
 
+#include "link/registers.h"
 #include "link/report.h"
 
 #define STREAM_BLOCK       512u
-#define STREAM_HEADER_SIZE 72u
+#define STREAM_HEADER_SIZE 98u
 #define STREAM_MAGIC       0x534F5446ul /* "SOTF" */
-#define STREAM_VERSION     1u
+#define STREAM_VERSION     2u
+
+/* Bytes of a header for the detectors' parameters, in the order of EYE_PARAMS; the rest are 0. */
+#define STREAM_PARAMS_SIZE 32u
 
 /* stream_header_t.kind */
 #define STREAM_FRAME 1u
@@ -38,14 +42,6 @@
 #define STREAM_FLAG_PATTERN 0x02u /* the test pattern, not a camera */
 #define STREAM_FLAG_REPORT  0x04u /* the report was made from this pair; else it is all 0 */
 
-/* The design's parameters when the report was made. */
-typedef struct {
-    uint8_t goal_row;      /* FPGA_REG_GOAL_ROW */
-    uint8_t opponent_row;  /* FPGA_REG_OPPONENT_ROW */
-    uint8_t search_max;    /* FPGA_REG_SEARCH_MAX */
-    uint8_t yellow_margin; /* FPGA_REG_YELLOW_MARGIN */
-} stream_params_t;
-
 typedef struct {
     uint8_t kind;         /* STREAM_FRAME, STREAM_END */
     uint8_t eye;          /* STREAM_EYE_* */
@@ -58,8 +54,8 @@ typedef struct {
     uint32_t lost;        /* pairs of lower numbers that are lost; end record: all */
     uint32_t exposure_us; /* middle of the exposure since configuration, wraps after 71 min */
     uint16_t session;     /* FPGA_REG_SESSION: tells this stream from those before */
-    stream_params_t params;
     uint8_t report[REPORT_SIZE]; /* as the base gets it (link/report.h) */
+    eye_params_t params;         /* those that the report was made with (link/registers.h) */
 } stream_header_t;
 
 typedef enum {
@@ -74,10 +70,10 @@ typedef enum {
 #define STREAM_WIDTH_MAX  640u
 #define STREAM_HEIGHT_MAX 480u
 
-/* Encode into wire[0..71]. */
+/* Encode into wire[0..97]. */
 void stream_header_encode(const stream_header_t *header, uint8_t wire[STREAM_HEADER_SIZE]);
 
-/* Decode wire[0..71]. On any error *header is left as it was. */
+/* Decode wire[0..97]. On any error *header is left as it was. */
 stream_error_t stream_header_decode(const uint8_t wire[STREAM_HEADER_SIZE],
                                     stream_header_t *header);
 

@@ -4,11 +4,8 @@
 #include "vision/color.h"
 #include "vision/depth.h"
 
-/* A blob that may be a ball: at least this wide and high. At the far corner it is 18 px. */
-#define MIN_SIZE_PX          9
-/* Rows that the middles may differ by: two of misalignment, one of the outline's noise, and more
- * for a large ball whose lower part is lost in shadow. */
-#define MAX_ROW_DIFFERENCE   4
+/* The middles may differ by ball_rows (two of misalignment, and the outline's noise) and more for a
+ * large ball, whose lower part is lost in shadow. */
 #define ROW_DIFFERENCE_SHARE 8
 /* The centre of the ball is 33.5 mm above the floor; so far off may noise and a nod put it. */
 #define MIN_CENTRE_MM        (-25)
@@ -34,7 +31,7 @@ typedef struct {
 typedef struct {
     int16_t x_q4[EYE_COUNT][2][BALL_MAX_ROWS];
     uint8_t count;
-    uint8_t yellow_margin;
+    const eye_params_t *params;
 } outline_t;
 
 static int magnitude(int value)
@@ -42,20 +39,23 @@ static int magnitude(int value)
     return value < 0 ? -value : value;
 }
 
-void ball_begin(ball_finder_t *finder, uint8_t yellow_margin)
+void ball_begin(ball_finder_t *finder, const eye_params_t *params)
 {
-    finder->yellow_margin = yellow_margin;
+    finder->params = params;
     strips_begin(&finder->strips[EYE_LEFT]);
     strips_begin(&finder->strips[EYE_RIGHT]);
 }
 
 void ball_row(ball_finder_t *finder, uint8_t row, const uint16_t *left, const uint16_t *right)
 {
-    strips_row(&finder->strips[EYE_LEFT], row, left, finder->yellow_margin);
-    strips_row(&finder->strips[EYE_RIGHT], row, right, finder->yellow_margin);
+    strips_row(&finder->strips[EYE_LEFT], row, left, finder->params);
+    strips_row(&finder->strips[EYE_RIGHT], row, right, finder->params);
 }
 
-static int make_candidate(const blob_t *blob, candidate_t *c)
+/* `min_px`: a blob that may be a ball is at least this wide and high. At the far corner it is 18
+ * px.
+ */
+static int make_candidate(const blob_t *blob, int min_px, candidate_t *c)
 {
     if (!blob->strips)
         return 0;
@@ -73,7 +73,7 @@ static int make_candidate(const blob_t *blob, candidate_t *c)
         c->middle_q4 = (int16_t)(16 * blob->first + 8 * (c->size_px - 1));
     else
         c->middle_q4 = (int16_t)(8 * (blob->first + blob->last));
-    if (c->width_px < MIN_SIZE_PX || c->height_px < MIN_SIZE_PX)
+    if (c->width_px < min_px || c->height_px < min_px)
         return 0;
     /* Half of its strips' place is filled, and it is not much wider than high or the reverse,
      * unless a border cuts it. */
@@ -133,11 +133,11 @@ static int coarse_disparity_q4(const candidate_t *l, const candidate_t *r)
 }
 
 /* How well two blobs are one ball: 0 not at all, else the larger the better. */
-static int pair_score(const candidate_t *l, const candidate_t *r, int d_q4)
+static int pair_score(const candidate_t *l, const candidate_t *r, int d_q4, int rows_apart)
 {
     int width = l->width_px > r->width_px ? l->width_px : r->width_px;
     int by_width_q4 = disparity_of_width_q4(width);
-    int limit = MAX_ROW_DIFFERENCE + width / ROW_DIFFERENCE_SHARE;
+    int limit = rows_apart + width / ROW_DIFFERENCE_SHARE;
 
     if (d_q4 < (int)DEPTH_MIN_DISPARITY_Q4)
         return 0;
@@ -160,14 +160,15 @@ static int single_score(const candidate_t *c)
     return c->width_px;
 }
 
-static int best_single(const strips_t *strips, candidate_t *best)
+static int best_single(const ball_finder_t *finder, int eye, candidate_t *best)
 {
     int best_score = 0;
     unsigned i;
 
     for (i = 0; i < STRIPS_BLOBS; i++) {
         candidate_t c;
-        int score = make_candidate(&strips->blobs[i], &c) ? single_score(&c) : 0;
+        const blob_t *blob = &finder->strips[eye].blobs[i];
+        int score = make_candidate(blob, finder->params->ball_min, &c) ? single_score(&c) : 0;
 
         if (score > best_score) {
             best_score = score;
@@ -179,6 +180,7 @@ static int best_single(const strips_t *strips, candidate_t *best)
 
 static int best_pair(const ball_finder_t *finder, candidate_t pair[EYE_COUNT])
 {
+    int min_px = finder->params->ball_min;
     int best_score = 0;
     unsigned i;
     unsigned j;
@@ -186,15 +188,15 @@ static int best_pair(const ball_finder_t *finder, candidate_t pair[EYE_COUNT])
     for (i = 0; i < STRIPS_BLOBS; i++) {
         candidate_t l;
 
-        if (!make_candidate(&finder->strips[EYE_LEFT].blobs[i], &l))
+        if (!make_candidate(&finder->strips[EYE_LEFT].blobs[i], min_px, &l))
             continue;
         for (j = 0; j < STRIPS_BLOBS; j++) {
             candidate_t r;
             int score;
 
-            if (!make_candidate(&finder->strips[EYE_RIGHT].blobs[j], &r))
+            if (!make_candidate(&finder->strips[EYE_RIGHT].blobs[j], min_px, &r))
                 continue;
-            score = pair_score(&l, &r, coarse_disparity_q4(&l, &r));
+            score = pair_score(&l, &r, coarse_disparity_q4(&l, &r), finder->params->ball_rows);
             if (score > best_score) {
                 best_score = score;
                 pair[EYE_LEFT] = l;
@@ -241,7 +243,7 @@ static int16_t place_end(const uint16_t *row, int x, int outward)
 }
 
 /* Outermost yellow columns of the row within the candidate's box. */
-static int strip_in_row(const uint16_t *row, const candidate_t *c, uint8_t yellow_margin,
+static int strip_in_row(const uint16_t *row, const candidate_t *c, const eye_params_t *params,
                         uint16_t *first, uint16_t *last)
 {
     uint8_t mask[CAMERA_WIDTH_PX];
@@ -250,8 +252,8 @@ static int strip_in_row(const uint16_t *row, const candidate_t *c, uint8_t yello
     uint16_t b;
     int widest = 0;
 
-    color_yellow_mask(row, CAMERA_WIDTH_PX, yellow_margin, mask);
-    while (strips_next(mask, &x, &a, &b)) {
+    color_yellow_mask(row, CAMERA_WIDTH_PX, params, mask);
+    while (strips_next(mask, params->strip_gap, &x, &a, &b)) {
         if (a > c->blob->last || b < c->blob->first || b - a < widest)
             continue;
         widest = b - a;
@@ -270,7 +272,7 @@ static void trace_eye(const frame_pair_t *frames, int eye, const candidate_t *c,
         const uint16_t *row = frame_row(frames, eye, c->row - half_rows + i * step);
         uint16_t first;
         uint16_t last;
-        int found = strip_in_row(row, c, outline->yellow_margin, &first, &last);
+        int found = strip_in_row(row, c, outline->params, &first, &last);
 
         outline->x_q4[eye][LEFT_END][i] =
             found && !c->cut[LEFT_END] ? place_end(row, first, -1) : NO_END;
@@ -444,13 +446,13 @@ static int pair_confidence(const candidate_t pair[EYE_COUNT], int d_q4)
 }
 
 static void report_pair(const frame_pair_t *frames, const candidate_t pair[EYE_COUNT],
-                        uint8_t yellow_margin, uint8_t search_max, report_t *report)
+                        const eye_params_t *params, report_t *report)
 {
     const candidate_t *right = &pair[EYE_RIGHT];
     outline_t outline;
     int d_q4;
 
-    outline.yellow_margin = yellow_margin;
+    outline.params = params;
     trace(frames, pair, &outline);
     d_q4 = refine_disparity_q4(pair, &outline);
     if (d_q4 < (int)DEPTH_MIN_DISPARITY_Q4)
@@ -458,24 +460,24 @@ static void report_pair(const frame_pair_t *frames, const candidate_t pair[EYE_C
     d_q4 = without_ellipse(d_q4, d_q4);
     fill(report, right, right->width_px, pair_confidence(pair, d_q4));
     report->ball_x_q4 = centre_q4(right, &outline, d_q4);
-    if (d_q4 > 16 * search_max || touches_bottom(&pair[EYE_LEFT]) || touches_bottom(right))
+    if (d_q4 > 16 * params->search_max || touches_bottom(&pair[EYE_LEFT]) || touches_bottom(right))
         report->flags |= REPORT_BALL_CLIPPED;
     else
         report->ball_disparity_q4 = (uint16_t)d_q4;
 }
 
-static void report_single(const candidate_t *c, int eye, uint8_t search_max, report_t *report)
+static void report_single(const candidate_t *c, int eye, const eye_params_t *params,
+                          report_t *report)
 {
     int confidence = is_cut(c) ? 96 : 64;
 
     fill(report, c, c->width_px, confidence);
     report->flags |= eye == EYE_RIGHT ? REPORT_BALL_RIGHT_ONLY : REPORT_BALL_LEFT_ONLY;
-    if (touches_bottom(c) || disparity_of_width_q4(c->size_px) > 16 * search_max)
+    if (touches_bottom(c) || disparity_of_width_q4(c->size_px) > 16 * params->search_max)
         report->flags |= REPORT_BALL_CLIPPED;
 }
 
-void ball_end(const ball_finder_t *finder, const frame_pair_t *frames, uint8_t search_max,
-              report_t *report)
+void ball_end(const ball_finder_t *finder, const frame_pair_t *frames, report_t *report)
 {
     candidate_t pair[EYE_COUNT];
     candidate_t single[EYE_COUNT];
@@ -483,13 +485,13 @@ void ball_end(const ball_finder_t *finder, const frame_pair_t *frames, uint8_t s
     int in_left;
 
     if (best_pair(finder, pair)) {
-        report_pair(frames, pair, finder->yellow_margin, search_max, report);
+        report_pair(frames, pair, finder->params, report);
         return;
     }
-    in_right = best_single(&finder->strips[EYE_RIGHT], &single[EYE_RIGHT]);
-    in_left = best_single(&finder->strips[EYE_LEFT], &single[EYE_LEFT]);
+    in_right = best_single(finder, EYE_RIGHT, &single[EYE_RIGHT]);
+    in_left = best_single(finder, EYE_LEFT, &single[EYE_LEFT]);
     if (in_right && in_right >= in_left)
-        report_single(&single[EYE_RIGHT], EYE_RIGHT, search_max, report);
+        report_single(&single[EYE_RIGHT], EYE_RIGHT, finder->params, report);
     else if (in_left)
-        report_single(&single[EYE_LEFT], EYE_LEFT, search_max, report);
+        report_single(&single[EYE_LEFT], EYE_LEFT, finder->params, report);
 }

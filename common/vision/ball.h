@@ -28,18 +28,17 @@
 
 typedef struct {
     strips_t strips[EYE_COUNT];
-    uint8_t yellow_margin;
+    const eye_params_t *params;
 } ball_finder_t;
 
-/* Start a pair of frames. yellow_margin: that of color_yellow_mask. */
-void ball_begin(ball_finder_t *finder, uint8_t yellow_margin);
+/* Start a pair of frames. `params` are used until its end. */
+void ball_begin(ball_finder_t *finder, const eye_params_t *params);
 
 /* Take the next row of both eyes, CAMERA_WIDTH_PX RGB565 pixels each. */
 void ball_row(ball_finder_t *finder, uint8_t row, const uint16_t *left, const uint16_t *right);
 
 /* Fill the ball's fields and flags of *report, which the caller has set to 0. Reads at most
- * 2 * BALL_MAX_ROWS rows of the frame memory. search_max in px. */
-void ball_end(const ball_finder_t *finder, const frame_pair_t *frames, uint8_t search_max,
-              report_t *report);
+ * 2 * BALL_MAX_ROWS rows of the frame memory. */
+void ball_end(const ball_finder_t *finder, const frame_pair_t *frames, report_t *report);
 
 #endif

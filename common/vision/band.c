@@ -2,10 +2,10 @@
 
 #include "vision/color.h"
 
-/* An edge's steepness, over two pixels: a share of the profile's whole range, and at least four
- * standard deviations of a bad camera's noise (6 grey levels a pixel, 24 in such a difference). */
+/* An edge's steepness, over two pixels: a share of the profile's whole range, and at least
+ * edge_min, by default four standard deviations of a bad camera's noise (6 grey levels a pixel, 24
+ * in such a difference of sums). */
 #define EDGE_RANGE_SHARE 8
-#define EDGE_MIN         96
 /* How far from the steepest place the levels on both sides are looked for. */
 #define LEVEL_REACH_PX   4
 
@@ -32,8 +32,9 @@ static void load_eye(band_t *band, const frame_pair_t *frames, int eye, int row)
     }
 }
 
-static int steepness_needed(const int16_t *profile)
+static int steepness_needed(const int16_t *profile, const eye_params_t *params)
 {
+    int least = BLOCK_SIZE * params->edge_min;
     int16_t lowest = profile[0];
     int16_t highest = profile[0];
     int needed;
@@ -46,7 +47,7 @@ static int steepness_needed(const int16_t *profile)
             highest = profile[x];
     }
     needed = (highest - lowest) / EDGE_RANGE_SHARE;
-    return needed < EDGE_MIN ? EDGE_MIN : needed;
+    return needed < least ? least : needed;
 }
 
 /* The highest (sign 1) or lowest (sign -1) level among x and the pixels beyond it, going by step.
@@ -99,9 +100,9 @@ static int magnitude(int value)
  * are one that noise has split. */
 #define EDGE_SPLIT_Q4 (3 * 16)
 
-static void find_edges(const int16_t *profile, band_edges_t *found)
+static void find_edges(const int16_t *profile, const eye_params_t *params, band_edges_t *found)
 {
-    int needed = steepness_needed(profile);
+    int needed = steepness_needed(profile, params);
     int split_steepness = 0;
     int x;
 
@@ -128,13 +129,13 @@ static void find_edges(const int16_t *profile, band_edges_t *found)
     }
 }
 
-void band_load(band_t *band, const frame_pair_t *frames, uint8_t row)
+void band_load(band_t *band, const frame_pair_t *frames, uint8_t row, const eye_params_t *params)
 {
     int eye;
 
     for (eye = 0; eye < EYE_COUNT; eye++) {
         load_eye(band, frames, eye, row);
-        find_edges(band->profile[eye], &band->edges[eye]);
+        find_edges(band->profile[eye], params, &band->edges[eye]);
     }
 }
 

@@ -12,6 +12,7 @@
 
 #include <stdint.h>
 
+#include "link/registers.h"
 #include "vision/frame.h"
 
 #define BLOCK_SIZE        8
@@ -40,8 +41,8 @@ typedef struct {
     band_edges_t edges[EYE_COUNT];
 } band_t;
 
-/* Fill the band around `row` (4..235) and find its edges. */
-void band_load(band_t *band, const frame_pair_t *frames, uint8_t row);
+/* Fill the band around `row` (4..235) and find its edges, steeper than edge_min of `params`. */
+void band_load(band_t *band, const frame_pair_t *frames, uint8_t row, const eye_params_t *params);
 
 /* The edge of `eye` nearest to x_q4 that rises (rising = 1) or falls (0), or 0 if there is none
  * within reach_q4. */

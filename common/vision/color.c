@@ -1,5 +1,7 @@
 #include "vision/color.h"
 
+#include "vision/multiversion.h"
+
 /* Weights of ITU-R BT.601 in 1/32768: .299, .587, .114, as OpenCV rounds them. */
 #define GREY_RED   9798u
 #define GREY_GREEN 19235u
@@ -62,13 +64,16 @@ int16_t color_yellowness(uint16_t rgb565)
     return (int16_t)(COLOR_RED(rgb565) + COLOR_GREEN(rgb565) - 2 * COLOR_BLUE(rgb565));
 }
 
-static uint8_t is_yellow(int red, int green, int blue, int margin)
+static uint8_t is_yellow(int pixels, int red, int green, int blue, const eye_params_t *params)
 {
-    return (uint8_t)((red + green - 3 * blue > 3 * margin) & (5 * red > 4 * green) &
-                     (5 * green > 3 * red));
+    return (uint8_t)((red + green - 3 * blue > pixels * params->yellow_margin) &
+                     (100 * red > params->yellow_red * green) &
+                     (100 * green > params->yellow_green * red));
 }
 
-void color_yellow_mask(const uint16_t *rgb565, uint16_t width, uint8_t margin, uint8_t *mask)
+MULTIVERSION
+void color_yellow_mask(const uint16_t *rgb565, uint16_t width, const eye_params_t *params,
+                       uint8_t *mask)
 {
     uint16_t x;
 
@@ -77,20 +82,21 @@ void color_yellow_mask(const uint16_t *rgb565, uint16_t width, uint8_t margin, u
         uint16_t b = rgb565[x];
         uint16_t c = rgb565[x + 1];
 
-        mask[x] = is_yellow(COLOR_RED(a) + COLOR_RED(b) + COLOR_RED(c),
+        mask[x] = is_yellow(3, COLOR_RED(a) + COLOR_RED(b) + COLOR_RED(c),
                             COLOR_GREEN(a) + COLOR_GREEN(b) + COLOR_GREEN(c),
-                            COLOR_BLUE(a) + COLOR_BLUE(b) + COLOR_BLUE(c), margin);
+                            COLOR_BLUE(a) + COLOR_BLUE(b) + COLOR_BLUE(c), params);
     }
     mask[0] = mask[1];
     mask[width - 1] = mask[width - 2];
 }
 
-int color_is_pitch(uint16_t pixels, uint16_t red_sum, uint16_t green_sum, uint16_t blue_sum)
+int color_is_pitch(uint16_t pixels, uint16_t red_sum, uint16_t green_sum, uint16_t blue_sum,
+                   const eye_params_t *params)
 {
     int32_t red = red_sum;
     int32_t green = green_sum;
     int32_t blue = blue_sum;
 
-    return 4 * (green - red) > green && green - red > pixels * COLOR_PITCH_MARGIN &&
+    return 4 * (green - red) > green && green - red > pixels * params->pitch_margin &&
            8 * (green - blue) > green;
 }

@@ -9,6 +9,8 @@
 
 #include <stdint.h>
 
+#include "link/registers.h"
+
 #define COLOR_RED(rgb565)   (((rgb565) >> 8) & 0xF8)
 #define COLOR_GREEN(rgb565) (((rgb565) >> 3) & 0xFC)
 #define COLOR_BLUE(rgb565)  (((rgb565) << 3) & 0xF8)
@@ -36,19 +38,19 @@ int16_t color_yellowness(uint16_t rgb565);
  * pixels x-1, x, x+1; the first and last column repeat their neighbour. width >= 3.
  *
  * The test has no division: with R, G, B the means,
- *   R + G - 3 B > margin   far enough from grey, and brighter than the dark's noise
- *   5 R > 4 G              not green: the hue is below 72 degrees
- *   5 G > 3 R              not orange or skin: the hue is above 36 degrees at B = 0
+ *   R + G - 3 B > yellow_margin   far enough from grey, and brighter than the dark's noise
+ *   R > yellow_red G              not green: 80 % is a hue below 72 degrees
+ *   G > yellow_green R            not orange or skin: 60 % is a hue above 36 degrees at B = 0
  * In HSV: saturation above 1/3 at equal red and green, rising with darkness because of the margin;
- * the hue limits move by up to 20 degrees with the saturation, which an HSV box would not do.
- * COLOR_YELLOW_MARGIN is the margin that suits the light of a pitch; 0 takes every tint. */
-#define COLOR_YELLOW_MARGIN 26
-void color_yellow_mask(const uint16_t *rgb565, uint16_t width, uint8_t margin, uint8_t *mask);
+ * the hue limits move by up to 20 degrees with the saturation, which an HSV box would not do. A
+ * margin of 0 takes every tint. */
+void color_yellow_mask(const uint16_t *rgb565, uint16_t width, const eye_params_t *params,
+                       uint8_t *mask);
 
 /* 1 if sums over `pixels` (1..16) pixels are green as the pitch: green exceeds red by a quarter of
- * itself and by COLOR_PITCH_MARGIN a pixel, and blue by an eighth. The margin keeps out black,
- * whose green has a finer last bit than its red and blue. */
-#define COLOR_PITCH_MARGIN 8
-int color_is_pitch(uint16_t pixels, uint16_t red_sum, uint16_t green_sum, uint16_t blue_sum);
+ * itself and by pitch_margin a pixel, and blue by an eighth. The margin keeps out black, whose
+ * green has a finer last bit than its red and blue. */
+int color_is_pitch(uint16_t pixels, uint16_t red_sum, uint16_t green_sum, uint16_t blue_sum,
+                   const eye_params_t *params);
 
 #endif

@@ -4,20 +4,12 @@
 #include "vision/correspondence.h"
 #include "vision/depth.h"
 
-/* Black is at most this share of the wall beside it: 3/8. */
-#define BLACK_NUMERATOR   3
-#define BLACK_DENOMINATOR 8
-/* Black must reach this far inwards from an edge, wall this far outwards (or to the border). */
-#define MIN_BLACK_PX      14
-#define MIN_WALL_PX       5
-/* Shortest run that may be a goal. */
-#define MIN_RUN_PX        16
-#define PAIR_BONUS_PX     8
+/* Of goal_min, the shortest run that may be a goal, so many columns are the soft ends of the edge.
+ */
+#define SOFT_PX       4
+#define PAIR_BONUS_PX 8
 /* The left eye's edge lies this close to where the blocks match. */
-#define EDGE_REACH_Q4     (3 * 16)
-/* Two edges are that far apart, mm. */
-#define MIN_WIDTH_MM      (GOAL_WIDTH_MM * 3 / 4)
-#define MAX_WIDTH_MM      (GOAL_WIDTH_MM * 5 / 4)
+#define EDGE_REACH_Q4 (3 * 16)
 
 /* Black beside a single edge. */
 #define MIN_BLACK_MM (2 * OPPONENT_RADIUS_MM + 15)
@@ -29,11 +21,6 @@ typedef struct {
     int d_q4;                /* 0: not matched */
     int certainty;           /* 0..15 */
 } goal_edge_t;
-
-static int black_below(int wall)
-{
-    return wall * BLACK_NUMERATOR / BLACK_DENOMINATOR;
-}
 
 /* Level of the wall beside an edge of this side, and of the black. */
 static int wall_level(const band_edge_t *edge, int side)
@@ -73,8 +60,8 @@ static int wall_length(const int16_t *profile, int x, int step, int level)
     return length;
 }
 
-static int is_goal_edge(const band_t *band, const band_edge_t *edge, int side,
-                        const opponent_extent_t *opponent)
+static int is_goal_edge(const band_t *band, const eye_params_t *params, const band_edge_t *edge,
+                        int side, const opponent_extent_t *opponent)
 {
     const int16_t *profile = band->profile[EYE_RIGHT];
     int inwards = side == LEFT_EDGE ? 1 : -1;
@@ -82,14 +69,14 @@ static int is_goal_edge(const band_t *band, const band_edge_t *edge, int side,
     int x = (edge->x_q4 + 8) / 16;
 
     if (band_edge_rises(edge) != (side == RIGHT_EDGE) ||
-        black_level(edge, side) > black_below(wall))
+        black_level(edge, side) > wall * params->goal_black / 256)
         return 0;
     if (opponent->seen && edge->x_q4 > opponent->first_q4 && edge->x_q4 < opponent->last_q4)
         return 0;
     if (run_length(profile, x + 2 * inwards, inwards, black_limit(edge, side), 1) <
-        MIN_BLACK_PX - 2)
+        params->goal_min - SOFT_PX)
         return 0;
-    return wall_length(profile, x - 2 * inwards, -inwards, wall) >= MIN_WALL_PX;
+    return wall_length(profile, x - 2 * inwards, -inwards, wall) >= params->goal_wall;
 }
 
 static int is_covered(const opponent_extent_t *opponent, int x)
@@ -114,8 +101,8 @@ static int black_run(const band_t *band, const band_edge_t *edge, int side,
 
 /* How many black columns a goal with these edges has, one of which may be missing; 0 if it cannot
  * be one. */
-static int goal_score(const band_t *band, const band_edge_t *left, const band_edge_t *right,
-                      const opponent_extent_t *opponent)
+static int goal_score(const band_t *band, const eye_params_t *params, const band_edge_t *left,
+                      const band_edge_t *right, const opponent_extent_t *opponent)
 {
     const band_edge_t *edge = left ? left : right;
     int run;
@@ -123,7 +110,7 @@ static int goal_score(const band_t *band, const band_edge_t *left, const band_ed
     if (!edge)
         return 0;
     run = black_run(band, edge, left ? LEFT_EDGE : RIGHT_EDGE, opponent);
-    if (run < MIN_RUN_PX)
+    if (run < params->goal_min)
         return 0;
     if (left && right && run < (right->x_q4 - left->x_q4) / 16 - 3)
         return 0;
@@ -132,8 +119,8 @@ static int goal_score(const band_t *band, const band_edge_t *left, const band_ed
 }
 
 /* The pair of edges, either of which may be missing, with the longest black run between them. */
-static void choose_edges(const band_t *band, const opponent_extent_t *opponent,
-                         goal_edge_t goal[EDGE_COUNT])
+static void choose_edges(const band_t *band, const eye_params_t *params,
+                         const opponent_extent_t *opponent, goal_edge_t goal[EDGE_COUNT])
 {
     const band_edges_t *found = &band->edges[EYE_RIGHT];
     int best = 0;
@@ -145,15 +132,16 @@ static void choose_edges(const band_t *band, const opponent_extent_t *opponent,
     for (i = -1; i < found->count; i++) {
         const band_edge_t *left = i < 0 ? 0 : &found->edges[i];
 
-        if (left && !is_goal_edge(band, left, LEFT_EDGE, opponent))
+        if (left && !is_goal_edge(band, params, left, LEFT_EDGE, opponent))
             continue;
         for (j = i + 1; j <= found->count; j++) {
             const band_edge_t *right = j == found->count ? 0 : &found->edges[j];
             int score;
 
-            if ((!left && !right) || (right && !is_goal_edge(band, right, RIGHT_EDGE, opponent)))
+            if ((!left && !right) ||
+                (right && !is_goal_edge(band, params, right, RIGHT_EDGE, opponent)))
                 continue;
-            score = goal_score(band, left, right, opponent);
+            score = goal_score(band, params, left, right, opponent);
             if (score > best) {
                 best = score;
                 goal[LEFT_EDGE].edge = left;
@@ -176,8 +164,8 @@ static uint32_t similarity_limit(const band_edge_t *edge)
 
 /* Whether the left eye's edge is of the same wall and the same black: the opponent before the
  * goal's edge, in that eye alone, shows edges too. */
-static int is_same_edge(const band_t *band, const band_edge_t *left, const band_edge_t *right,
-                        int side)
+static int is_same_edge(const band_t *band, const eye_params_t *params, const band_edge_t *left,
+                        const band_edge_t *right, int side)
 {
     int inwards = side == LEFT_EDGE ? 1 : -1;
     int a = wall_level(left, side);
@@ -191,15 +179,17 @@ static int is_same_edge(const band_t *band, const band_edge_t *left, const band_
         return 0;
     run = run_length(band->profile[EYE_LEFT], x, inwards, black_limit(left, side), 1);
     /* The border may cut the black short. */
-    return run >= MIN_BLACK_PX - 2 || x + inwards * run < 0 || x + inwards * run >= CAMERA_WIDTH_PX;
+    return run >= params->goal_min - SOFT_PX || x + inwards * run < 0 ||
+           x + inwards * run >= CAMERA_WIDTH_PX;
 }
 
 /* Match the edge's block in the left eye; fills disparity and certainty, 0 if it has no match. */
-static void match_edge(const band_t *band, uint8_t search_max, int side, goal_edge_t *goal)
+static void match_edge(const band_t *band, const eye_params_t *eye_params, int side,
+                       goal_edge_t *goal)
 {
     image_view_t views[EYE_COUNT];
-    match_params_t params = {MATCH_SAD,         BLOCK_SIZE,       BLOCK_SIZE, 1, 1, 0,
-                             BAND_MISALIGNMENT, CHECK_SIMILARITY, 0,          0, 0, 0};
+    match_params_t params = {MATCH_SAD, BLOCK_SIZE,       BLOCK_SIZE, 1, 1, 0,
+                             0,         CHECK_SIMILARITY, 0,          0, 0, 0};
     const band_edge_t *edge = goal->edge;
     const band_edge_t *left;
     match_t match;
@@ -212,7 +202,8 @@ static void match_edge(const band_t *band, uint8_t search_max, int side, goal_ed
         views[eye].width = views[eye].stride = CAMERA_WIDTH_PX;
         views[eye].height = BAND_ROWS;
     }
-    params.disparity_max = search_max;
+    params.disparity_max = eye_params->search_max;
+    params.rows = eye_params->match_rows;
     params.similarity_limit = similarity_limit(edge);
     if (match_find(&views[EYE_LEFT], &views[EYE_RIGHT], (edge->x_q4 + 16) / 16, BAND_LINE, &params,
                    &match) != MATCH_OK ||
@@ -221,7 +212,7 @@ static void match_edge(const band_t *band, uint8_t search_max, int side, goal_ed
     left = band_nearest_edge(band, EYE_LEFT, (int16_t)(edge->x_q4 + match.disparity_q4),
                              band_edge_rises(edge), EDGE_REACH_Q4);
     if (!left || left->x_q4 - edge->x_q4 < (int)DEPTH_MIN_DISPARITY_Q4 ||
-        !is_same_edge(band, left, edge, side))
+        !is_same_edge(band, eye_params, left, edge, side))
         return;
     goal->d_q4 = left->x_q4 - edge->x_q4;
     /* A place beside the right one that costs twice as much is certainty enough. */
@@ -232,7 +223,8 @@ static void match_edge(const band_t *band, uint8_t search_max, int side, goal_ed
 /* Whether what is beside the edge at this disparity may be a white stripe of the opponent, too
  * little of whom is seen to know him: it ends, other than at the border, within a stripe's width.
  */
-static int is_stripe_beside(const band_t *band, const goal_edge_t *goal, int side)
+static int is_stripe_beside(const band_t *band, int stripe_max_mm, const goal_edge_t *goal,
+                            int side)
 {
     int outwards = side == LEFT_EDGE ? -1 : 1;
     int x = (goal->edge->x_q4 + 8) / 16 + 2 * outwards;
@@ -240,11 +232,11 @@ static int is_stripe_beside(const band_t *band, const goal_edge_t *goal, int sid
     int end = x + outwards * length;
 
     return end > 1 && end < CAMERA_WIDTH_PX - 2 &&
-           16 * length * (CAMERA_BASELINE_UM / 100) < goal->d_q4 * STRIPE_MAX_MM * 10;
+           16 * length * (CAMERA_BASELINE_UM / 100) < goal->d_q4 * stripe_max_mm * 10;
 }
 
-/* Distance between the points seen at both edges, mm. */
-static int width_between_mm(const goal_edge_t goal[EDGE_COUNT])
+/* Distance between the points seen at both edges, mm; beyond `most_mm` it is not exact. */
+static int width_between_mm(const goal_edge_t goal[EDGE_COUNT], int most_mm)
 {
     int32_t z[EDGE_COUNT];
     int32_t x[EDGE_COUNT];
@@ -258,7 +250,7 @@ static int width_between_mm(const goal_edge_t goal[EDGE_COUNT])
             (goal[i].edge->x_q4 - CAMERA_CX_Q4) * (CAMERA_BASELINE_UM / 100) / (10 * goal[i].d_q4);
     }
     square = (x[1] - x[0]) * (x[1] - x[0]) + (z[1] - z[0]) * (z[1] - z[0]);
-    while (root < 2 * MAX_WIDTH_MM && (root + 1) * (root + 1) <= square)
+    while (root <= most_mm && (root + 1) * (root + 1) <= square)
         root++;
     return (int)root;
 }
@@ -266,16 +258,18 @@ static int width_between_mm(const goal_edge_t goal[EDGE_COUNT])
 /* Two edges that are not a goal's width apart are not both a goal's. Black that is too narrow is
  * something else altogether, the opponent's dark head, say. Of edges too far apart the nearer
  * belongs to what hides the goal. */
-static void drop_impossible(goal_edge_t goal[EDGE_COUNT])
+static void drop_impossible(int slack_percent, goal_edge_t goal[EDGE_COUNT])
 {
+    int min_mm = GOAL_WIDTH_MM * (100 - slack_percent) / 100;
+    int max_mm = GOAL_WIDTH_MM * (100 + slack_percent) / 100;
     int width_mm;
 
     if (!goal[LEFT_EDGE].d_q4 || !goal[RIGHT_EDGE].d_q4)
         return;
-    width_mm = width_between_mm(goal);
-    if (width_mm < MIN_WIDTH_MM)
+    width_mm = width_between_mm(goal, max_mm);
+    if (width_mm < min_mm)
         goal[LEFT_EDGE].d_q4 = goal[RIGHT_EDGE].d_q4 = 0;
-    else if (width_mm > MAX_WIDTH_MM)
+    else if (width_mm > max_mm)
         goal[goal[LEFT_EDGE].d_q4 > goal[RIGHT_EDGE].d_q4 ? LEFT_EDGE : RIGHT_EDGE].d_q4 = 0;
 }
 
@@ -295,7 +289,7 @@ static void drop_narrow(const band_t *band, const opponent_extent_t *opponent,
     }
 }
 
-void goal_find(const band_t *band, uint8_t search_max, const opponent_extent_t *opponent,
+void goal_find(const band_t *band, const eye_params_t *params, const opponent_extent_t *opponent,
                report_t *report)
 {
     static const uint16_t flags[EDGE_COUNT] = {REPORT_GOAL_LEFT_EDGE, REPORT_GOAL_RIGHT_EDGE};
@@ -304,14 +298,14 @@ void goal_find(const band_t *band, uint8_t search_max, const opponent_extent_t *
     int seen = 0;
     int i;
 
-    choose_edges(band, opponent, goal);
+    choose_edges(band, params, opponent, goal);
     for (i = 0; i < EDGE_COUNT; i++)
         if (goal[i].edge) {
-            match_edge(band, search_max, i, &goal[i]);
-            if (goal[i].d_q4 && is_stripe_beside(band, &goal[i], i))
+            match_edge(band, params, i, &goal[i]);
+            if (goal[i].d_q4 && is_stripe_beside(band, params->stripe_max, &goal[i], i))
                 goal[i].d_q4 = 0;
         }
-    drop_impossible(goal);
+    drop_impossible(params->goal_slack, goal);
     drop_narrow(band, opponent, goal);
     for (i = 0; i < EDGE_COUNT; i++) {
         if (!goal[i].d_q4)

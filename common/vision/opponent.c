@@ -2,20 +2,14 @@
 
 #include "vision/camera.h"
 
-/* Edges that make a strip: two whole stripes and both their ends. */
-#define MIN_EDGES      4
-/* Edges that tell that a body is there, though too little of it, or too near, to be matched. */
-#define MIN_EDGES_SEEN 3
 /* The widest stripe that is taken for one: 14 mm, 70 mm before the lens. What is too wide for the
  * disparity found is left out later. */
-#define MAX_STRIPE_Q4  (64 * 16)
-/* Black is at most half of white. */
-#define BLACK_SHARE    2
+#define MAX_STRIPE_Q4 (64 * 16)
 /* Edges in both eyes count as one if they differ by this after the shift. */
-#define EDGE_REACH_Q4  28
-#define MAX_COST       INT32_MAX
+#define EDGE_REACH_Q4 28
+#define MAX_COST      INT32_MAX
 /* The largest search range that FPGA_REG_SEARCH_MAX takes. */
-#define MAX_SEARCH_PX  127
+#define MAX_SEARCH_PX 127
 
 typedef struct {
     int first; /* indices of edges in the right eye */
@@ -36,7 +30,8 @@ static int magnitude(int value)
 
 /* Whether the stripe between two edges is plausible: they are opposite, one side is much darker,
  * and what lies between has no colour. */
-static int is_stripe(const band_t *band, int eye, const band_edge_t *a, const band_edge_t *b)
+static int is_stripe(const band_t *band, int eye, const band_edge_t *a, const band_edge_t *b,
+                     const eye_params_t *params)
 {
     int bright = band_edge_rises(a);
     int level = bright ? a->after : a->before;
@@ -45,7 +40,7 @@ static int is_stripe(const band_t *band, int eye, const band_edge_t *a, const ba
 
     if (band_edge_rises(b) == bright || b->x_q4 - a->x_q4 > MAX_STRIPE_Q4)
         return 0;
-    if (dark * BLACK_SHARE > level)
+    if (256 * dark > params->stripe_black * level)
         return 0;
     x = (a->x_q4 + b->x_q4 + 16) / 32;
     /* The ball's yellowness is 1.6 to 2 times its grey, that of white in warm light 0.6 times. */
@@ -80,8 +75,9 @@ static void trim_odd_ends(const band_edges_t *found, group_t *group)
         group->last--;
 }
 
-/* The next run of stripes from edge *from on. */
-static int next_group(const band_t *band, int *from, group_t *group)
+/* The next run of stripes from edge *from on. One edge less than a strip has tells that a body is
+ * there, though too little of it, or too near, to be matched. */
+static int next_group(const band_t *band, const eye_params_t *params, int *from, group_t *group)
 {
     const band_edges_t *found = &band->edges[EYE_RIGHT];
     int i = *from;
@@ -89,10 +85,10 @@ static int next_group(const band_t *band, int *from, group_t *group)
     while (i + 1 < found->count) {
         group->first = i;
         while (i + 1 < found->count &&
-               is_stripe(band, EYE_RIGHT, &found->edges[i], &found->edges[i + 1]))
+               is_stripe(band, EYE_RIGHT, &found->edges[i], &found->edges[i + 1], params))
             i++;
         group->last = i;
-        if (group->last - group->first + 1 >= MIN_EDGES_SEEN) {
+        if (group->last - group->first + 1 >= params->stripe_edges - 1) {
             *from = i + 1;
             trim_odd_ends(found, group);
             return 1;
@@ -116,9 +112,9 @@ static int32_t strip_cost(const band_t *band, int a, int b, int d)
 
 /* Leave out stripes at the ends that are too wide for the disparity: the goal's edge beside the
  * body, say. */
-static void trim_group(const band_edges_t *found, int disparity, group_t *group)
+static void trim_group(const band_edges_t *found, int stripe_max_mm, int disparity, group_t *group)
 {
-    int widest_q4 = 16 * disparity * STRIPE_MAX_MM * 10 / (CAMERA_BASELINE_UM / 100) + 24;
+    int widest_q4 = 16 * disparity * stripe_max_mm * 10 / (CAMERA_BASELINE_UM / 100) + 24;
     int middle = (group->first + group->last) / 2;
     int i;
 
@@ -138,14 +134,15 @@ static int is_body_width(int width_q4, int disparity)
 }
 
 /* The group as it would be at this disparity, and its cost; 0 if it cannot be a body there. */
-static int match_at(const band_t *band, int disparity, group_t *group, int32_t *cost)
+static int match_at(const band_t *band, const eye_params_t *params, int disparity, group_t *group,
+                    int32_t *cost)
 {
     const band_edges_t *found = &band->edges[EYE_RIGHT];
     int a;
     int b;
 
-    trim_group(found, disparity, group);
-    if (group->last - group->first + 1 < MIN_EDGES ||
+    trim_group(found, params->stripe_max, disparity, group);
+    if (group->last - group->first + 1 < params->stripe_edges ||
         !is_body_width(found->edges[group->last].x_q4 - found->edges[group->first].x_q4, disparity))
         return 0;
     a = found->edges[group->first].x_q4 / 16 - 1;
@@ -163,7 +160,7 @@ static int match_at(const band_t *band, int disparity, group_t *group, int32_t *
     return 1;
 }
 
-static int match_group(const band_t *band, const group_t *whole, int search_max,
+static int match_group(const band_t *band, const eye_params_t *params, const group_t *whole,
                        strip_match_t *match)
 {
     int32_t costs[MAX_SEARCH_PX + 1];
@@ -171,17 +168,17 @@ static int match_group(const band_t *band, const group_t *whole, int search_max,
 
     match->disparity = 0;
     match->cost = match->second_cost = MAX_COST;
-    for (d = 2; d <= search_max; d++) {
+    for (d = 2; d <= params->search_max; d++) {
         group_t group = *whole;
 
         costs[d] = MAX_COST;
-        if (match_at(band, d, &group, &costs[d]) && costs[d] < match->cost) {
+        if (match_at(band, params, d, &group, &costs[d]) && costs[d] < match->cost) {
             match->cost = costs[d];
             match->disparity = d;
             match->group = group;
         }
     }
-    for (d = 2; d <= search_max; d++)
+    for (d = 2; d <= params->search_max; d++)
         if (magnitude(d - match->disparity) > 2 && costs[d] < match->second_cost)
             match->second_cost = costs[d];
     return match->cost != MAX_COST;
@@ -255,7 +252,7 @@ static void fill(const band_t *band, const strip_match_t *match, report_t *repor
     report->opponent_confidence = confidence(match, magnitude(edge->after - edge->before));
 }
 
-void opponent_find(const band_t *band, uint8_t search_max, report_t *report,
+void opponent_find(const band_t *band, const eye_params_t *params, report_t *report,
                    opponent_extent_t *extent)
 {
     strip_match_t best;
@@ -265,7 +262,7 @@ void opponent_find(const band_t *band, uint8_t search_max, report_t *report,
 
     extent->seen = 0;
     extent->first_q4 = extent->last_q4 = 0;
-    while (next_group(band, &from, &group)) {
+    while (next_group(band, params, &from, &group)) {
         const band_edges_t *found = &band->edges[EYE_RIGHT];
         strip_match_t match;
         int width_q4 = found->edges[group.last].x_q4 - found->edges[group.first].x_q4;
@@ -274,7 +271,7 @@ void opponent_find(const band_t *band, uint8_t search_max, report_t *report,
         if (!extent->seen) {
             set_extent(extent, found->edges[group.first].x_q4, found->edges[group.last].x_q4);
         }
-        if (!match_group(band, &group, search_max, &match))
+        if (!match_group(band, params, &group, &match))
             continue;
         /* Two stripes of the dress never differ from their image by half their contrast. */
         if (2 * match.cost > magnitude(inner->after - inner->before) || width_q4 <= best_width_q4)

@@ -12,18 +12,12 @@
 
 #include <stdint.h>
 
+#include "link/registers.h"
 #include "link/report.h"
 #include "vision/ball.h"
 #include "vision/band.h"
 #include "vision/camera.h"
 #include "vision/wall.h"
-
-typedef struct {
-    uint8_t goal_row;      /* epipolar line of the goal, 4..235; FPGA_REG_GOAL_ROW */
-    uint8_t opponent_row;  /* epipolar line of the opponent, 4..235; FPGA_REG_OPPONENT_ROW */
-    uint8_t search_max;    /* largest disparity searched, 16..127 px; FPGA_REG_SEARCH_MAX */
-    uint8_t yellow_margin; /* how yellow a ball is at least, 0..255; FPGA_REG_YELLOW_MARGIN */
-} eye_params_t;
 
 typedef struct {
     eye_params_t params;
@@ -37,7 +31,8 @@ typedef struct {
 /* Both bands in both eyes, and the ball's outline in both. */
 #define ROBOT_EYE_MAX_ROW_READS (2 * 2 * BAND_ROWS + 2 * BALL_MAX_ROWS)
 
-/* Start a pair of frames. Parameters out of range are taken as the nearest one in range. */
+/* Start a pair of frames. Parameters out of range are taken as the nearest one in range. *eye may
+ * not be moved until its end. */
 void robot_eye_begin(robot_eye_t *eye, const eye_params_t *params);
 
 /* Take row 0, 1, ... 239 of both eyes, CAMERA_WIDTH_PX RGB565 pixels each. Rows may not be left

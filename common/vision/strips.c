@@ -3,10 +3,7 @@
 #include "vision/camera.h"
 #include "vision/color.h"
 
-/* A strip shorter than this is noise: the ball at 1.2 m, the pitch's diagonal, is 18 px wide. */
-#define STRIP_MIN_PX    5
-/* Gaps in a strip are closed up to a sixth of what precedes them, and at least this many pixels. */
-#define GAP_MIN_PX      3
+/* Gaps in a strip are closed up to a sixth of what precedes them, and at least strip_gap pixels. */
 #define GAP_SHARE       6
 /* A blob goes on after at most this many rows without a strip: a seam lying level. */
 #define GAP_ROWS        5
@@ -28,7 +25,8 @@ static uint16_t next_column(const uint8_t *mask, uint16_t x, uint8_t yellow)
     return x;
 }
 
-int strips_next(const uint8_t *mask, uint16_t *x, uint16_t *first, uint16_t *last)
+int strips_next(const uint8_t *mask, uint8_t gap_min_px, uint16_t *x, uint16_t *first,
+                uint16_t *last)
 {
     uint16_t start = next_column(mask, *x, 1);
     uint16_t end = next_column(mask, start, 0);
@@ -43,7 +41,7 @@ int strips_next(const uint8_t *mask, uint16_t *x, uint16_t *first, uint16_t *las
         uint16_t gap = (uint16_t)(again - end);
 
         *x = again;
-        if (gap > GAP_MIN_PX && gap > length / GAP_SHARE)
+        if (gap > gap_min_px && gap > length / GAP_SHARE)
             return 1;
         end = next_column(mask, again, 0);
         /* Yellow specks beside a strip do not belong to it: what follows must outweigh the gap. */
@@ -137,15 +135,15 @@ static void take_strip(strips_t *strips, uint8_t row, uint16_t first, uint16_t l
     blob->strips = 1;
 }
 
-void strips_row(strips_t *strips, uint8_t row, const uint16_t *rgb565, uint8_t yellow_margin)
+void strips_row(strips_t *strips, uint8_t row, const uint16_t *rgb565, const eye_params_t *params)
 {
     uint8_t mask[CAMERA_WIDTH_PX];
     uint16_t x = 0;
     uint16_t first;
     uint16_t last;
 
-    color_yellow_mask(rgb565, CAMERA_WIDTH_PX, yellow_margin, mask);
-    while (strips_next(mask, &x, &first, &last))
-        if (last - first + 1 >= STRIP_MIN_PX)
+    color_yellow_mask(rgb565, CAMERA_WIDTH_PX, params, mask);
+    while (strips_next(mask, params->strip_gap, &x, &first, &last))
+        if (last - first + 1 >= params->strip_min)
             take_strip(strips, row, first, last);
 }

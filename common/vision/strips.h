@@ -11,6 +11,8 @@
 
 #include <stdint.h>
 
+#include "link/registers.h"
+
 #define STRIPS_BLOBS 8u
 
 typedef struct {
@@ -33,13 +35,13 @@ typedef struct {
 /* Start a frame. */
 void strips_begin(strips_t *strips);
 
-/* Take row `row` of CAMERA_WIDTH_PX RGB565 pixels; rows from top to bottom. yellow_margin: that of
- * color_yellow_mask. */
-void strips_row(strips_t *strips, uint8_t row, const uint16_t *rgb565, uint8_t yellow_margin);
+/* Take row `row` of CAMERA_WIDTH_PX RGB565 pixels; rows from top to bottom. */
+void strips_row(strips_t *strips, uint8_t row, const uint16_t *rgb565, const eye_params_t *params);
 
-/* Next yellow strip at or right of *x in `mask` (CAMERA_WIDTH_PX entries, 1 = yellow), short gaps
- * closed. Returns 1 and fills first, last column and *x for the next call, or 0 when none is left.
- */
-int strips_next(const uint8_t *mask, uint16_t *x, uint16_t *first, uint16_t *last);
+/* Next yellow strip at or right of *x in `mask` (CAMERA_WIDTH_PX entries, 1 = yellow), gaps of up
+ * to gap_min_px closed, and longer ones in long strips. Returns 1 and fills first, last column and
+ * *x for the next call, or 0 when none is left. */
+int strips_next(const uint8_t *mask, uint8_t gap_min_px, uint16_t *x, uint16_t *first,
+                uint16_t *last);
 
 #endif

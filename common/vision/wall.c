@@ -8,16 +8,16 @@ static const uint16_t columns[REPORT_WALL_COLUMNS] = {
 
 typedef enum { WALL, PITCH, OTHER } surface_t;
 
-void wall_begin(wall_finder_t *finder, uint8_t yellow_margin)
+void wall_begin(wall_finder_t *finder, const eye_params_t *params)
 {
     int i;
 
-    finder->yellow_margin = yellow_margin;
+    finder->params = params;
     for (i = 0; i < (int)REPORT_WALL_COLUMNS; i++)
         finder->row[i] = finder->above[i] = finder->below[i] = finder->barred[i] = 0;
 }
 
-static surface_t surface_at(const uint16_t *pixels, uint16_t column, uint8_t yellow_margin)
+static surface_t surface_at(const uint16_t *pixels, uint16_t column, const eye_params_t *params)
 {
     uint16_t red = 0;
     uint16_t green = 0;
@@ -29,23 +29,26 @@ static surface_t surface_at(const uint16_t *pixels, uint16_t column, uint8_t yel
         green = (uint16_t)(green + COLOR_GREEN(pixels[x]));
         blue = (uint16_t)(blue + COLOR_BLUE(pixels[x]));
     }
-    if (color_is_pitch(WALL_COLUMNS, red, green, blue))
+    if (color_is_pitch(WALL_COLUMNS, red, green, blue, params))
         return PITCH;
     /* The ball; the same test as that of its strips. */
-    if (red + green - 3 * blue > WALL_COLUMNS * yellow_margin && 5 * red > 4 * green)
+    if (red + green - 3 * blue > WALL_COLUMNS * params->yellow_margin &&
+        100 * red > params->yellow_red * green)
         return OTHER;
     return WALL;
 }
 
 static void watch(wall_finder_t *finder, int i, uint8_t row, surface_t surface)
 {
+    uint8_t needed = finder->params->wall_rows;
+
     if (finder->row[i] || finder->barred[i])
         return;
     if (surface == PITCH) {
-        if (finder->above[i] < WALL_ROWS_ABOVE)
-            finder->barred[i] = row > WALL_ROWS_ABOVE;
-        else if (++finder->below[i] == WALL_ROWS_BELOW)
-            finder->row[i] = (uint8_t)(row - WALL_ROWS_BELOW + 1);
+        if (finder->above[i] < needed)
+            finder->barred[i] = row > needed;
+        else if (++finder->below[i] == needed)
+            finder->row[i] = (uint8_t)(row - needed + 1);
         return;
     }
     finder->below[i] = 0;
@@ -57,7 +60,7 @@ void wall_row(wall_finder_t *finder, uint8_t row, const uint16_t *right)
     int i;
 
     for (i = 0; i < (int)REPORT_WALL_COLUMNS; i++)
-        watch(finder, i, row, surface_at(right, columns[i], finder->yellow_margin));
+        watch(finder, i, row, surface_at(right, columns[i], finder->params));
 }
 
 void wall_end(const wall_finder_t *finder, const opponent_extent_t *opponent, report_t *report)

@@ -2,9 +2,9 @@
  * columns of the right image.
  *
  * While the rows stream by, each column watches the sum over WALL_COLUMNS pixels around it: a foot
- * is where, after at least WALL_ROWS_ABOVE rows that are neither green nor yellow, WALL_ROWS_BELOW
- * of the next rows are green. White lines on the pitch, the ball and the opponent's feet lie below
- * it, or hide it: then the column says nothing. Its distance: depth_on_plane with height 0.
+ * is where, after at least wall_rows rows that are neither green nor yellow, as many of the next
+ * rows are green. White lines on the pitch, the ball and the opponent's feet lie below it, or hide
+ * it: then the column says nothing. Its distance: depth_on_plane with height 0.
  *
  * What the hardware would hold: three counters and a row number a column, no memory. */
 #ifndef VISION_WALL_H
@@ -12,23 +12,22 @@
 
 #include <stdint.h>
 
+#include "link/registers.h"
 #include "link/report.h"
 #include "vision/opponent.h"
 
-#define WALL_COLUMNS    5 /* pixels summed, centred on the column; at most 16 */
-#define WALL_ROWS_ABOVE 4
-#define WALL_ROWS_BELOW 4
+#define WALL_COLUMNS 5 /* pixels summed, centred on the column; at most 16 */
 
 typedef struct {
     uint8_t row[REPORT_WALL_COLUMNS];    /* of the foot; 0: not found yet */
     uint8_t above[REPORT_WALL_COLUMNS];  /* rows of wall since the last thing that was not */
     uint8_t below[REPORT_WALL_COLUMNS];  /* green rows after them */
     uint8_t barred[REPORT_WALL_COLUMNS]; /* 1: something else came first */
-    uint8_t yellow_margin;
+    const eye_params_t *params;
 } wall_finder_t;
 
-/* Start a frame. yellow_margin: that of color_yellow_mask. */
-void wall_begin(wall_finder_t *finder, uint8_t yellow_margin);
+/* Start a frame. `params` are used until its end. */
+void wall_begin(wall_finder_t *finder, const eye_params_t *params);
 
 /* Take the next row of the right eye, CAMERA_WIDTH_PX RGB565 pixels. */
 void wall_row(wall_finder_t *finder, uint8_t row, const uint16_t *right);

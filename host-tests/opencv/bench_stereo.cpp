@@ -142,7 +142,7 @@ void bench_eye(const Output &output)
     const std::string folder = STEREOSOT_SCENES;
     const auto left = rgb565(read_picture(folder + "/paper_left.png", cv::IMREAD_COLOR));
     const auto right = rgb565(read_picture(folder + "/paper_right.png", cv::IMREAD_COLOR));
-    const eye_params_t params = {60, 80, 79, COLOR_YELLOW_MARGIN};
+    const eye_params_t params = eye_params_default;
     const frame_pair_t frames = {{left.data(), right.data()}};
     static robot_eye_t eye;
     report_t report;

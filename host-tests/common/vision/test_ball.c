@@ -23,11 +23,11 @@ static void look(void)
     int row;
 
     memset(&report, 0, sizeof report);
-    ball_begin(&finder, COLOR_YELLOW_MARGIN);
+    ball_begin(&finder, &eye_params_default);
     for (row = 0; row < CAMERA_HEIGHT_PX; row++)
         ball_row(&finder, (uint8_t)row, frame_row(&scene_frames, EYE_LEFT, row),
                  frame_row(&scene_frames, EYE_RIGHT, row));
-    ball_end(&finder, &scene_frames, 79, &report);
+    ball_end(&finder, &scene_frames, &report);
 }
 
 /* Radius of a ball's outline at a disparity, and the row of its centre on the floor, 1/16 px. */

@@ -20,8 +20,13 @@ static int is_yellow(int red, int green, int blue)
     uint8_t mask[3];
 
     row[0] = row[1] = row[2] = pixel(red, green, blue);
-    color_yellow_mask(row, 3, COLOR_YELLOW_MARGIN, mask);
+    color_yellow_mask(row, 3, &eye_params_default, mask);
     return mask[1];
+}
+
+static int is_pitch(uint16_t red, uint16_t green, uint16_t blue)
+{
+    return color_is_pitch(1, red, green, blue, &eye_params_default);
 }
 
 static void the_ball_is_yellow_in_light_and_in_shadow(void)
@@ -57,28 +62,28 @@ static void a_single_yellow_pixel_is_not_enough_nor_a_single_grey_one_a_gap(void
     for (i = 0; i < 7; i++)
         row[i] = pixel(104, 104, 104);
     row[3] = pixel(150, 136, 72);
-    color_yellow_mask(row, 7, COLOR_YELLOW_MARGIN, mask);
+    color_yellow_mask(row, 7, &eye_params_default, mask);
     for (i = 0; i < 7; i++)
         TEST_ASSERT_EQUAL_UINT8(0, mask[i]);
 
     for (i = 0; i < 7; i++)
         row[i] = pixel(200, 184, 48);
     row[3] = pixel(104, 104, 104);
-    color_yellow_mask(row, 7, COLOR_YELLOW_MARGIN, mask);
+    color_yellow_mask(row, 7, &eye_params_default, mask);
     for (i = 0; i < 7; i++)
         TEST_ASSERT_EQUAL_UINT8(1, mask[i]);
 }
 
 static void the_pitch_is_green_and_nothing_else(void)
 {
-    TEST_ASSERT_TRUE(color_is_pitch(1, 56, 132, 72));
-    TEST_ASSERT_TRUE(color_is_pitch(1, 41, 93, 41));
-    TEST_ASSERT_FALSE(color_is_pitch(1, 97, 97, 97));
-    TEST_ASSERT_FALSE(color_is_pitch(1, 82, 77, 57));
-    TEST_ASSERT_FALSE(color_is_pitch(1, 200, 184, 48));
-    TEST_ASSERT_FALSE(color_is_pitch(1, 0, 0, 0));
-    TEST_ASSERT_FALSE(color_is_pitch(1, 0, 4, 0));    /* goal, in RGB565 */
-    TEST_ASSERT_FALSE(color_is_pitch(1, 24, 36, 32)); /* dark plastic */
+    TEST_ASSERT_TRUE(is_pitch(56, 132, 72));
+    TEST_ASSERT_TRUE(is_pitch(41, 93, 41));
+    TEST_ASSERT_FALSE(is_pitch(97, 97, 97));
+    TEST_ASSERT_FALSE(is_pitch(82, 77, 57));
+    TEST_ASSERT_FALSE(is_pitch(200, 184, 48));
+    TEST_ASSERT_FALSE(is_pitch(0, 0, 0));
+    TEST_ASSERT_FALSE(is_pitch(0, 4, 0));    /* goal, in RGB565 */
+    TEST_ASSERT_FALSE(is_pitch(24, 36, 32)); /* dark plastic */
 }
 
 static void grey_and_hsv_of_known_colours(void)

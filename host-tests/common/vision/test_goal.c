@@ -24,8 +24,8 @@ void tearDown(void) {}
 static void look(void)
 {
     memset(&report, 0, sizeof report);
-    band_load(&band, &scene_frames, ROW);
-    goal_find(&band, 79, &opponent, &report);
+    band_load(&band, &scene_frames, ROW, &eye_params_default);
+    goal_find(&band, &eye_params_default, &opponent, &report);
 }
 
 /* A goal seen head-on at disparity d is 300/50.4 of it wide. */

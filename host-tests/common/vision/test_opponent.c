@@ -23,8 +23,8 @@ void tearDown(void) {}
 static void look(void)
 {
     memset(&report, 0, sizeof report);
-    band_load(&band, &scene_frames, ROW);
-    opponent_find(&band, 79, &report, &extent);
+    band_load(&band, &scene_frames, ROW, &eye_params_default);
+    opponent_find(&band, &eye_params_default, &report, &extent);
 }
 
 /* Seven stripes over the 60 mm of the body at disparity d. */

@@ -4,7 +4,6 @@
 #include <unity.h>
 
 #include "painted_scene.h"
-#include "vision/color.h"
 #include "vision/robot_eye.h"
 
 static robot_eye_t eye;
@@ -14,10 +13,7 @@ static eye_params_t params;
 void setUp(void)
 {
     scene_clear(0);
-    params.goal_row = 60;
-    params.opponent_row = 80;
-    params.search_max = 79;
-    params.yellow_margin = COLOR_YELLOW_MARGIN;
+    params = eye_params_default;
 }
 
 void tearDown(void) {}
@@ -129,6 +125,65 @@ static void the_margin_says_how_yellow_a_ball_is(void)
     TEST_ASSERT_BITS_LOW(REPORT_BALL, report.flags);
 }
 
+/* Scenes in which between them each parameter decides about something. */
+#define SCENES 2
+static void paint(int scene)
+{
+    scene_clear(scene == 0 ? 2 : 5);
+    if (scene == 0) {
+        /* A line on the wall, so that it matters which rows are compared. */
+        scene_bar(PAINT_WHITE, 0, 200 * 16, 58, 61, 22 * 16);
+        scene_bar(PAINT_BLACK, 42 * 16, 177 * 16, 38, 96, 22 * 16);
+        scene_stripes(200 * 16, 5 * 16, 7, 45, 130, 30 * 16);
+        scene_disc(PAINT_YELLOW, 150 * 16, 170 * 16, 39 * 16, 59 * 16);
+        scene_noise(EYE_LEFT, 8, 1);
+        scene_noise(EYE_RIGHT, 8, 2);
+    } else {
+        scene_disc(PAINT_YELLOW, 150 * 16, 92 * 16, 14 * 16, 22 * 16);
+        scene_bar(PAINT_PITCH, 148 * 16, 152 * 16, 72, 112, 22 * 16);
+    }
+}
+
+/* Whether anything of the reports changes when byte `at` of the parameters is `value`. */
+static int acts(uint8_t at, uint8_t value)
+{
+    uint8_t bytes[EYE_PARAM_COUNT];
+    report_t usual;
+    int scene;
+
+    for (scene = 0; scene < SCENES; scene++) {
+        paint(scene);
+        params = eye_params_default;
+        look();
+        usual = report;
+        eye_params_encode(&params, bytes);
+        bytes[at] = value;
+        eye_params_decode(bytes, &params);
+        look();
+        if (memcmp(&usual, &report, sizeof usual) != 0)
+            return 1;
+    }
+    return 0;
+}
+
+static void every_parameter_of_the_list_acts(void)
+{
+    uint8_t at = 0;
+    unsigned i;
+
+    for (i = 0; i < FPGA_REGISTER_COUNT; i++) {
+        const fpga_register_t *parameter = &fpga_registers[i];
+
+        if (!parameter->is_param)
+            continue;
+        TEST_ASSERT_TRUE_MESSAGE(acts(at, (uint8_t)parameter->min) ||
+                                     acts(at, (uint8_t)parameter->max),
+                                 parameter->name);
+        at++;
+    }
+    TEST_ASSERT_EQUAL_UINT(EYE_PARAM_COUNT, at);
+}
+
 static void a_row_of_large_frames_is_the_mean_of_two(void)
 {
     static uint16_t upper[2 * CAMERA_WIDTH_PX];
@@ -150,14 +205,20 @@ static void a_row_of_large_frames_is_the_mean_of_two(void)
 
 static void parameters_out_of_range_are_brought_into_it(void)
 {
-    params.goal_row = 0;
-    params.opponent_row = 255;
-    params.search_max = 255;
-    robot_eye_begin(&eye, &params);
-    TEST_ASSERT_EQUAL_UINT8(4, eye.params.goal_row);
-    TEST_ASSERT_EQUAL_UINT8(235, eye.params.opponent_row);
-    TEST_ASSERT_EQUAL_UINT8(127, eye.params.search_max);
-    look(); /* must stay inside the frames; the sanitizers watch */
+    int scene;
+
+    for (scene = 0; scene < SCENES; scene++) {
+        paint(scene);
+        memset(&params, 255, sizeof params);
+        look(); /* must stay inside the frames; the sanitizers watch */
+        TEST_ASSERT_EQUAL_UINT8(235, eye.params.opponent_row);
+        TEST_ASSERT_EQUAL_UINT8(127, eye.params.search_max);
+        TEST_ASSERT_EQUAL_UINT8(255, eye.params.yellow_margin);
+        memset(&params, 0, sizeof params);
+        look();
+        TEST_ASSERT_EQUAL_UINT8(4, eye.params.goal_row);
+        TEST_ASSERT_EQUAL_UINT8(3, eye.params.stripe_edges);
+    }
 }
 
 int main(void)
@@ -171,6 +232,7 @@ int main(void)
     RUN_TEST(everything_at_once);
     RUN_TEST(the_lines_and_the_search_range_can_be_moved);
     RUN_TEST(the_margin_says_how_yellow_a_ball_is);
+    RUN_TEST(every_parameter_of_the_list_acts);
     RUN_TEST(a_row_of_large_frames_is_the_mean_of_two);
     RUN_TEST(parameters_out_of_range_are_brought_into_it);
     return UNITY_END();

@@ -2,12 +2,14 @@
 
 #![allow(unsafe_code)] // calls into C; each with the lengths the header asks for
 
+use core::ffi::CStr;
+use std::sync::OnceLock;
+
 use crate::ffi;
 
 pub use ffi::{
     config_status_t as ConfigStatus, report_t as Report, slot_header_t as SlotHeader,
     store_status_t as StoreStatus, stream_header_t as StreamHeader,
-    stream_params_t as StreamParams,
 };
 
 /// Bytes of a vision report.
@@ -90,7 +92,52 @@ pub fn register_read_encode(address: u8, value: u16) -> [u8; REGISTER_READ_BYTES
     wire
 }
 
-/// The 72 bytes of a stream record's header.
+/// A register of the FPGA, as `link/registers.h` lists it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Register {
+    /// Its address, 00 to 3F.
+    pub address: u8,
+    /// Whether it is a parameter of the detectors.
+    pub is_param: bool,
+    /// Its name in C.
+    pub name: &'static str,
+    /// Unit, or nothing.
+    pub unit: &'static str,
+    /// What it is, in few words.
+    pub text: &'static str,
+    /// Its value after configuration.
+    pub reset: u16,
+    /// Smallest and largest value; None if it can only be read.
+    pub range: Option<(u16, u16)>,
+}
+
+/// Every register with a name, by rising address.
+pub fn registers() -> &'static [Register] {
+    static LIST: OnceLock<Vec<Register>> = OnceLock::new();
+    LIST.get_or_init(|| {
+        // SAFETY: the table has FPGA_REGISTER_COUNT entries (link/registers.h), which never change.
+        let table = unsafe { &ffi::fpga_registers };
+        table.iter().map(register).collect()
+    })
+}
+
+fn register(entry: &ffi::fpga_register_t) -> Register {
+    let text = |text: *const core::ffi::c_char| {
+        // SAFETY: all texts of the table are string literals.
+        unsafe { CStr::from_ptr(text) }.to_str().expect("ASCII")
+    };
+    Register {
+        address: entry.address,
+        is_param: entry.is_param != 0,
+        name: text(entry.name),
+        unit: text(entry.unit),
+        text: text(entry.text),
+        reset: entry.reset,
+        range: (entry.min <= entry.max).then_some((entry.min, entry.max)),
+    }
+}
+
+/// The 98 bytes of a stream record's header.
 pub fn stream_header_encode(header: &StreamHeader) -> [u8; STREAM_HEADER_SIZE] {
     let mut wire = [0; STREAM_HEADER_SIZE];
     // SAFETY: `wire` has STREAM_HEADER_SIZE bytes.

@@ -14,13 +14,34 @@ pub const WIDTH: usize = ffi::CAMERA_WIDTH_PX as usize;
 /// Rows of a frame.
 pub const HEIGHT: usize = ffi::CAMERA_HEIGHT_PX as usize;
 
-/// The parameters as the FPGA's registers have them after configuration.
-pub const DEFAULT_PARAMS: EyeParams = EyeParams {
-    goal_row: 60,
-    opponent_row: 80,
-    search_max: 79,
-    yellow_margin: ffi::COLOR_YELLOW_MARGIN as u8,
-};
+/// Parameters of the detectors.
+pub const PARAM_COUNT: usize = EyeParams::SIZE;
+
+impl EyeParams {
+    const SIZE: usize = size_of::<Self>();
+
+    /// As the FPGA's registers have them after configuration.
+    pub fn usual() -> Self {
+        // SAFETY: a constant of the C side.
+        unsafe { ffi::eye_params_default }
+    }
+
+    /// In the order of their registers.
+    pub fn to_bytes(&self) -> [u8; PARAM_COUNT] {
+        let mut bytes = [0; PARAM_COUNT];
+        // SAFETY: `bytes` has a byte for each; all of them are bytes.
+        unsafe { ffi::eye_params_encode(self, bytes.as_mut_ptr()) };
+        bytes
+    }
+
+    /// From their registers' values.
+    pub fn from_bytes(bytes: &[u8; PARAM_COUNT]) -> Self {
+        let mut params = Self::default();
+        // SAFETY: `bytes` has a byte for each.
+        unsafe { ffi::eye_params_decode(bytes.as_ptr(), &mut params) };
+        params
+    }
+}
 
 /// What the robot's eye reports of a pair of frames: `WIDTH` * `HEIGHT` RGB565 pixels each, row by
 /// row from the top. `sequence`, `exposure_time`, `delay` and `function` are 0.

@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use common_sys::constants as c;
-use common_sys::vision::{self, DEFAULT_PARAMS, Report};
+use common_sys::vision::{self, EyeParams, Report};
 use serde_json::Value;
 
 fn scenes_dir() -> PathBuf {
@@ -21,7 +21,7 @@ fn read_eye(scene: &str, eye: &str) -> Vec<u16> {
 }
 
 fn detect(scene: &str) -> Report {
-    vision::detect(&read_eye(scene, "left"), &read_eye(scene, "right"), &DEFAULT_PARAMS)
+    vision::detect(&read_eye(scene, "left"), &read_eye(scene, "right"), &EyeParams::usual())
 }
 
 fn truth() -> Value {

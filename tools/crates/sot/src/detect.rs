@@ -2,11 +2,13 @@
 
 use anyhow::Result;
 use common_sys::constants as c;
-use common_sys::link::Report;
-use common_sys::vision::{self, DEFAULT_PARAMS, HEIGHT, WIDTH};
+use common_sys::link::{Report, registers};
+use common_sys::vision::{self, EyeParams, HEIGHT, WIDTH};
 use serde::Serialize;
 
 use crate::eyes::{Pair, PairArgs, rgb565};
+use crate::fpga_reg::{name_of, named, parse_value};
+use crate::output::Usage;
 
 /// What the robot sees in one stereo pair: ball, goal, opponent and wall
 ///
@@ -17,10 +19,15 @@ use crate::eyes::{Pair, PairArgs, rgb565};
 #[command(after_help = "\
 Examples:
   sot detect left.png right.png
-  sot detect left.png right.png --json | jq .ball.range_mm")]
+  sot detect left.png right.png --json | jq .ball.range_mm
+  sot detect left.png right.png --set goal-row=61 --set yellow-margin=40
+  sot fpga reg                  lists the names, what they take, and what they are by default")]
 pub struct Args {
     #[command(flatten)]
     pair: PairArgs,
+    /// A parameter of the detectors, as `sot fpga reg` names it; may be given again
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    set: Vec<String>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -71,6 +78,7 @@ struct Opponent {
 
 /// Run the verb.
 pub fn run(args: &Args) -> Result<()> {
+    let params = params(&args.set)?;
     let pair = Pair::load(&args.pair)?;
     let size = pair.left.dimensions();
     if size != (WIDTH as u32, HEIGHT as u32) {
@@ -80,14 +88,42 @@ pub fn run(args: &Args) -> Result<()> {
         );
     }
     let pair = pair.resized(WIDTH as u32, HEIGHT as u32);
-    let report = vision::detect(&rgb565(&pair.left), &rgb565(&pair.right), &DEFAULT_PARAMS);
-    let detection = Detection::from_report(&report);
+    let report = vision::detect(&rgb565(&pair.left), &rgb565(&pair.right), &params);
+    let detection = Detection::from_report(&report, &params);
     if args.json {
         println!("{}", serde_json::to_string(&detection)?);
     } else {
         print_for_people(&detection);
     }
     Ok(())
+}
+
+/// The parameters as they are by default, but for those that are set.
+fn params(set: &[String]) -> Result<EyeParams> {
+    let mut bytes = EyeParams::usual().to_bytes();
+    for setting in set {
+        let Some((name, value)) = setting.split_once('=') else {
+            return Err(Usage(format!("\"{setting}\" sets nothing; give NAME=VALUE")).into());
+        };
+        let mut parameters = registers().iter().filter(|register| register.is_param);
+        let place = named(name).and_then(|register| parameters.position(|one| one == register));
+        let (Some(place), Some(register)) = (place, named(name)) else {
+            let names: Vec<_> =
+                registers().iter().filter(|one| one.is_param).map(name_of).collect();
+            return Err(Usage(format!(
+                "\"{name}\" is no parameter of the detectors; they are {}",
+                names.join(", ")
+            ))
+            .into());
+        };
+        let (low, high) = register.range.unwrap_or_default();
+        let value = parse_value(value)?;
+        match u8::try_from(value) {
+            Ok(byte) if (low..=high).contains(&value) => bytes[place] = byte,
+            _ => return Err(Usage(format!("{name} takes {low} to {high}, not {value}")).into()),
+        }
+    }
+    Ok(EyeParams::from_bytes(&bytes))
 }
 
 fn q4(value: u16) -> f64 {
@@ -108,13 +144,14 @@ fn range_mm(x_q4: u16, row: u16, disparity_q4: u16) -> Option<f64> {
 
 impl Detection {
     /// What a report says, in pixels and millimetres.
-    pub fn from_report(report: &Report) -> Self {
+    pub fn from_report(report: &Report, params: &EyeParams) -> Self {
         let has = |flag: u32| u32::from(report.flags) & flag != 0;
         Self {
             ball: has(c::REPORT_BALL).then(|| Ball::from_report(report)),
             goal: (has(c::REPORT_GOAL_LEFT_EDGE) || has(c::REPORT_GOAL_RIGHT_EDGE))
-                .then(|| Goal::from_report(report)),
-            opponent: has(c::REPORT_OPPONENT).then(|| Opponent::from_report(report)),
+                .then(|| Goal::from_report(report, params.goal_row)),
+            opponent: has(c::REPORT_OPPONENT)
+                .then(|| Opponent::from_report(report, params.opponent_row)),
             wall: report.wall_row.map(|row| (has(c::REPORT_WALL) && row != 0).then_some(row)),
         }
     }
@@ -152,13 +189,12 @@ impl Ball {
 }
 
 impl Goal {
-    fn from_report(report: &Report) -> Self {
+    fn from_report(report: &Report, row: u8) -> Self {
         let edge = |side: usize, flag: u32| {
             (u32::from(report.flags) & flag != 0)
                 .then(|| (report.goal_x_q4[side], report.goal_disparity_q4[side]))
         };
         let edges = [edge(0, c::REPORT_GOAL_LEFT_EDGE), edge(1, c::REPORT_GOAL_RIGHT_EDGE)];
-        let row = DEFAULT_PARAMS.goal_row;
         let ranges: Vec<f64> =
             edges.iter().flatten().filter_map(|&(x, d)| range_mm(x, u16::from(row), d)).collect();
         Self {
@@ -174,9 +210,8 @@ impl Goal {
 }
 
 impl Opponent {
-    fn from_report(report: &Report) -> Self {
-        let row = u16::from(DEFAULT_PARAMS.opponent_row);
-        let surface = range_mm(report.opponent_x_q4, row, report.opponent_disparity_q4);
+    fn from_report(report: &Report, row: u8) -> Self {
+        let surface = range_mm(report.opponent_x_q4, u16::from(row), report.opponent_disparity_q4);
         Self {
             x: q4(report.opponent_x_q4),
             disparity: disparity(report.opponent_disparity_q4),

@@ -2,6 +2,7 @@
 
 use anyhow::{Result, bail};
 use common_sys::constants as c;
+use common_sys::link::{Register, registers};
 use serde_json::{Value, json};
 
 use crate::output::Usage;
@@ -9,99 +10,69 @@ use crate::robot_args::RobotArgs;
 
 /// Read or write the FPGA's registers
 ///
-/// Without REGISTER all that have a name are listed. A value that was written is read back: the exit
-/// code is 1 if the FPGA did not take it. Registers last until the next full configuration.
+/// Without REGISTER all that have a name are listed, with what they take and what they are after
+/// configuration. Rows, thresholds and the search range of the detectors take effect with the next pair
+/// of frames. A value that was written is read back: the exit code is 1 if the FPGA did not take it.
+/// Registers last until the next full configuration.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   sot fpga reg                          all of them
   sot fpga reg goal-row                 one, by name or by address (hexadecimal, as in the list)
   sot fpga reg goal-row 61
+  sot fpga reg goal-row default         as after configuration
   sot fpga reg 06 0x64                  the largest disparity searched := 100
-  sot fpga reg --json")]
+  sot fpga reg --json                   {\"id\": 21249, \"function\": 1, ...}
+  sot fpga reg --json --describe        the same with ranges, units and texts")]
 pub struct RegArgs {
     /// Its name, or its address 00 to 7F in hexadecimal
     register: Option<String>,
-    /// What to write: decimal, or hexadecimal with 0x
+    /// What to write: decimal, hexadecimal with 0x, or "default"
     value: Option<String>,
     #[command(flatten)]
     robot: RobotArgs,
     /// Print one JSON object, names and values
     #[arg(long)]
     json: bool,
+    /// With --json: for each name an object with value, address, unit, reset, min, max and text
+    #[arg(long, requires = "json")]
+    describe: bool,
 }
-
-/// A register with a name.
-struct Register {
-    address: u32,
-    name: &'static str,
-    /// Smallest and largest value, if it can be written.
-    range: Option<(u16, u16)>,
-    what: &'static str,
-}
-
-const fn fixed(address: u32, name: &'static str, what: &'static str) -> Register {
-    Register { address, name, range: None, what }
-}
-
-const fn ranged(
-    address: u32,
-    name: &'static str,
-    range: (u16, u16),
-    what: &'static str,
-) -> Register {
-    Register { address, name, range: Some(range), what }
-}
-
-/// As docs/SPEC.md section 2 has them.
-const REGISTERS: [Register; 16] = [
-    fixed(c::FPGA_REG_ID, "id", "identity and version of this list"),
-    fixed(c::FPGA_REG_FUNCTION, "function", "1 soccer, 2 capture"),
-    fixed(c::FPGA_REG_STREAM, "stream", "1 streaming, 2 ending; `sot stream record` sets it"),
-    fixed(c::FPGA_REG_FRAME_COUNT, "frames", "pairs taken since configuration, wraps"),
-    ranged(c::FPGA_REG_GOAL_ROW, "goal-row", (4, 235), "row in which the goal is looked for"),
-    ranged(c::FPGA_REG_OPPONENT_ROW, "opponent-row", (4, 235), "row of the opponent"),
-    ranged(c::FPGA_REG_SEARCH_MAX, "search-max", (16, 127), "largest disparity searched, px"),
-    ranged(c::FPGA_REG_FRAME_RATE, "frame-rate", (1, 40), "frames a second"),
-    ranged(c::FPGA_REG_FORMAT, "format", (0, 1), "0 320x240, 1 640x480"),
-    ranged(c::FPGA_REG_SOURCE, "source", (0, 1), "streamed: 0 cameras, 1 pattern (capture only)"),
-    ranged(c::FPGA_REG_YELLOW_MARGIN, "yellow-margin", (0, 255), "how yellow a ball is at least"),
-    fixed(c::FPGA_REG_SESSION, "session", "streams begun since configuration, wraps"),
-    fixed(c::FPGA_REG_SENT, "sent", "pairs of the stream sent whole, wraps"),
-    fixed(c::FPGA_REG_LOST, "lost", "pairs of the stream lost, wraps"),
-    fixed(c::FPGA_REG_EYES, "eyes", "bit 0 left alive, 1 left torn, 8 right alive, 9 right torn"),
-    fixed(c::FPGA_REG_TORN, "torn", "pairs torn by a camera since configuration, wraps"),
-];
 
 /// Run `sot fpga reg`.
 pub fn run(args: &RegArgs) -> Result<()> {
     let chosen = args.register.as_deref().map(parse_register).transpose()?;
-    let value = args.value.as_deref().map(parse_value).transpose()?;
+    let value = match (chosen, args.value.as_deref()) {
+        (Some(address), Some("default")) => Some(default_of(address)?),
+        (_, value) => value.map(parse_value).transpose()?,
+    };
     let mut turret = args.robot.turret()?;
     turret.config_settled()?;
     if let (Some(address), Some(value)) = (chosen, value) {
-        turret.set_register(address, value).map_err(|error| match name_of(address) {
-            Some("stream") => anyhow::anyhow!("streams are begun by `sot stream record` only"),
+        turret.set_register(address, value).map_err(|error| match u32::from(address) {
+            c::FPGA_REG_STREAM => {
+                anyhow::anyhow!("streams are begun by `sot stream record` only")
+            }
             _ => error.into(),
         })?;
         let now = turret.register(address)?;
         if now != value {
-            bail!("register {address:02x} did not take {value} and is {now}; {}", takes(address));
+            bail!("{} did not take {value} and is {now}; {}", shown_name(address), takes(address));
         }
     }
     let shown: Vec<u8> = match chosen {
         Some(address) => vec![address],
-        None => REGISTERS.iter().map(|register| register.address as u8).collect(),
+        None => registers().iter().map(|register| register.address).collect(),
     };
     let mut object = serde_json::Map::new();
     for address in shown {
         let value = turret.register(address)?;
-        let name = name_of(address).map_or_else(|| format!("{address:02x}"), str::to_owned);
-        if args.json {
-            object.insert(name, json!(value));
+        if args.describe {
+            object.insert(shown_name(address), described(address, value));
+        } else if args.json {
+            object.insert(shown_name(address), json!(value));
         } else {
-            let what = find(address).map_or("", |register| register.what);
-            println!("{address:02x}  {name:<14} {value:>5}  0x{value:04x}  {what}");
+            println!("{}", line(address, value));
         }
     }
     if args.json {
@@ -110,26 +81,74 @@ pub fn run(args: &RegArgs) -> Result<()> {
     Ok(())
 }
 
-fn find(address: u8) -> Option<&'static Register> {
-    REGISTERS.iter().find(|register| register.address == u32::from(address))
+/// A register as people read it: address, name, value, and what there is to know.
+fn line(address: u8, value: u16) -> String {
+    let start = format!("{address:02x}  {:<14} {value:>5}  0x{value:04x}", shown_name(address));
+    let Some(register) = find(address) else { return start };
+    let range = match register.range {
+        Some((low, high)) => format!("{low}..{high}, {}", register.reset),
+        None => "read only".into(),
+    };
+    format!("{start}  {range:<11}  {:<6} {}", register.unit, register.text).trim_end().to_owned()
 }
 
-fn name_of(address: u8) -> Option<&'static str> {
-    find(address).map(|register| register.name)
+fn described(address: u8, value: u16) -> Value {
+    let Some(register) = find(address) else {
+        return json!({ "value": value, "address": address });
+    };
+    let Register { unit, reset, range, text, is_param, .. } = register;
+    json!({
+        "value": value, "address": address, "unit": unit, "reset": reset,
+        "min": range.map(|(low, _)| low), "max": range.map(|(_, high)| high),
+        "detectors": is_param, "text": text,
+    })
+}
+
+fn find(address: u8) -> Option<&'static Register> {
+    registers().iter().find(|register| register.address == address)
+}
+
+/// Names have hyphens on the command line, and underscores are taken too.
+pub fn name_of(register: &Register) -> String {
+    register.name.replace('_', "-")
+}
+
+/// The register of that name.
+pub fn named(name: &str) -> Option<&'static Register> {
+    let name = name.replace('-', "_");
+    registers().iter().find(|register| register.name == name)
+}
+
+fn shown_name(address: u8) -> String {
+    find(address).map_or_else(|| format!("{address:02x}"), name_of)
+}
+
+fn default_of(address: u8) -> Result<u16> {
+    match find(address) {
+        Some(Register { range: Some(_), reset, .. }) => Ok(*reset),
+        _ => Err(Usage(format!("{} has no default; give a value", shown_name(address))).into()),
+    }
 }
 
 /// What can be written to a register.
 fn takes(address: u8) -> String {
     match find(address) {
-        Some(Register { range: Some((low, high)), .. }) => format!("it takes {low} to {high}"),
+        Some(Register { range: Some((low, high)), .. }) => {
+            let only = if u32::from(address) == c::FPGA_REG_SOURCE {
+                ", and 1 only while the function is `capture`"
+            } else {
+                ""
+            };
+            format!("it takes {low} to {high}{only}")
+        }
         Some(_) => "it can only be read".into(),
         None => "there is no such register, or it can only be read".into(),
     }
 }
 
 fn parse_register(text: &str) -> Result<u8> {
-    if let Some(register) = REGISTERS.iter().find(|register| register.name == text) {
-        return Ok(register.address as u8);
+    if let Some(register) = named(text) {
+        return Ok(register.address);
     }
     match u8::from_str_radix(text.trim_start_matches("0x"), 16) {
         Ok(address) if u32::from(address) < c::FPGA_REG_COUNT => Ok(address),

@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail};
 use clap::{Subcommand, ValueEnum};
 use common_sys::constants as c;
-use common_sys::link::{Report, report_decode};
+use common_sys::link::{Register, Report, registers, report_decode};
+use common_sys::vision::EyeParams;
 use image::RgbImage;
 use serde_json::{Value, json};
 use stream::{Checker, Damage, Findings, Frame, Parser, Place, Record, eye_name};
@@ -18,6 +19,7 @@ use turret_link::BulkReader;
 use turret_link::eyes::{CameraState, StreamSettings};
 use turret_link::turret::Turret;
 
+use crate::fpga_reg::name_of;
 use crate::interrupt::{self, Interrupted};
 use crate::output::{Usage, write_picture};
 use crate::robot_args::RobotArgs;
@@ -424,6 +426,8 @@ fn info(args: &InfoArgs) -> Result<()> {
     let mut sizes: Vec<(u16, u16)> = Vec::new();
     let (mut records, mut bytes, mut reports) = (0_u64, 0_u64, 0_u64);
     let mut times: Option<(u32, u32)> = None;
+    // From which pair on the reports were made with which parameters.
+    let mut params: Vec<(u32, EyeParams)> = Vec::new();
     let damage = for_each(&args.file, |place, record| {
         records += 1;
         bytes += place.bytes as u64;
@@ -433,6 +437,10 @@ fn info(args: &InfoArgs) -> Result<()> {
                 sizes.push(size);
             }
             reports += u64::from(frame.has(c::STREAM_FLAG_REPORT) && frame.header.eye == 1);
+            let made = frame.header.params;
+            if frame.has(c::STREAM_FLAG_REPORT) && params.last().is_none_or(|last| last.1 != made) {
+                params.push((frame.header.number, made));
+            }
             let time = frame.header.exposure_us;
             times = Some((times.map_or(time, |(first, _)| first), time));
         }
@@ -451,6 +459,9 @@ fn info(args: &InfoArgs) -> Result<()> {
                 "sizes": sizes.iter().map(|(w, h)| format!("{w}x{h}")).collect::<Vec<_>>(),
                 "pairs": found.pairs, "lost": found.lost, "reports": reports, "torn": found.torn,
                 "seconds": seconds, "ended": found.unended == 0, "index": index,
+                "registers": params.iter().map(|(from, params)| {
+                    json!({ "from_pair": from, "values": params_as_json(params) })
+                }).collect::<Vec<_>>(),
                 "problems": words(&damage, &found),
             })
         );
@@ -460,6 +471,9 @@ fn info(args: &InfoArgs) -> Result<()> {
     println!("pairs      {} of {}", found.pairs, sizes.join(" and "));
     println!("lost       {}", found.lost);
     println!("reports    {reports}");
+    for (from, params) in &params {
+        println!("registers  from pair {from} on: {}", unusual_params(params));
+    }
     println!("exposed    within {seconds:.3} s");
     println!("bytes      {bytes}");
     println!("streams    {}{}", found.sessions, if found.unended > 0 { ", cut off" } else { "" });
@@ -615,10 +629,27 @@ fn report_line(stem: &str, frame: &Frame) -> Value {
     json!({
         "pair": stem, "number": header.number, "exposure_us": header.exposure_us,
         "torn": frame.has(c::STREAM_FLAG_TORN),
-        "goal_row": header.params.goal_row, "opponent_row": header.params.opponent_row,
-        "search_max": header.params.search_max, "yellow_margin": header.params.yellow_margin,
+        "registers": params_as_json(&header.params),
         "report": report,
     })
+}
+
+/// The detectors' parameters by their names.
+fn params_as_json(params: &EyeParams) -> Value {
+    named_params(params).map(|(register, value)| (name_of(register), json!(value))).collect()
+}
+
+fn named_params(params: &EyeParams) -> impl Iterator<Item = (&'static Register, u8)> {
+    registers().iter().filter(|register| register.is_param).zip(params.to_bytes())
+}
+
+/// Those that are not as after configuration, in words.
+fn unusual_params(params: &EyeParams) -> String {
+    let unusual = named_params(params)
+        .filter(|(register, value)| register.reset != u16::from(*value))
+        .map(|(register, value)| format!("{} {value}", name_of(register)));
+    let words: Vec<String> = unusual.collect();
+    if words.is_empty() { "as after configuration".into() } else { words.join(", ") }
 }
 
 /// A report in its own units, pixels of 320x240 with fractions.

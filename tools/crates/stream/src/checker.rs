@@ -2,7 +2,7 @@
 
 use common_sys::constants as c;
 use common_sys::link::{Report, report_decode, report_encode, stream_pattern_first};
-use common_sys::vision::{EyeParams, HEIGHT, WIDTH, detect, halve};
+use common_sys::vision::{HEIGHT, WIDTH, detect, halve};
 
 use crate::{Frame, Record, StreamHeader};
 
@@ -269,16 +269,10 @@ impl Checker {
 /// What the detectors make of a pair.
 fn seen(left: &Frame, right: &Frame) -> Report {
     let params = &right.header.params;
-    let params = EyeParams {
-        goal_row: params.goal_row,
-        opponent_row: params.opponent_row,
-        search_max: params.search_max,
-        yellow_margin: params.yellow_margin,
-    };
     if right.pixels.len() == WIDTH * HEIGHT {
-        detect(&left.pixels, &right.pixels, &params)
+        detect(&left.pixels, &right.pixels, params)
     } else {
-        detect(&halve(&left.pixels), &halve(&right.pixels), &params)
+        detect(&halve(&left.pixels), &halve(&right.pixels), params)
     }
 }
 
@@ -287,6 +281,9 @@ mod tests {
     use super::*;
     use crate::Parser;
     use crate::tests_support::{end, frame, pattern};
+    use common_sys::link::{
+        STREAM_BLOCK, STREAM_HEADER_SIZE, stream_header_decode, stream_header_encode,
+    };
 
     fn check(bytes: &[u8]) -> Findings {
         let mut parser = Parser::default();
@@ -341,20 +338,38 @@ mod tests {
         assert_eq!(check(&pair(0, 0)).unended, 1);
     }
 
-    #[test]
-    fn one_changed_pixel_that_matters_changes_the_report() {
-        let mut bytes = [pair(0, 0), end(1, 1, 0)].concat();
+    /// A yellow square where grey was, in both eyes: a ball that the report does not know.
+    fn with_a_ball(mut bytes: Vec<u8>) -> Vec<u8> {
         let record = frame(0, 0, 0).len();
-        // A yellow disc where grey was, in both eyes: a ball that the report does not know.
         for eye in 0..2 {
             for y in 100..160 {
                 for x in 100..160 {
-                    let at = eye * record + 512 + 2 * (y * WIDTH + x);
+                    let at = eye * record + STREAM_BLOCK + 2 * (y * WIDTH + x);
                     bytes[at..at + 2].copy_from_slice(&0xE6E6_u16.to_be_bytes());
                 }
             }
         }
+        bytes
+    }
+
+    #[test]
+    fn one_changed_thing_that_matters_changes_the_report() {
+        let bytes = with_a_ball([pair(0, 0), end(1, 1, 0)].concat());
         assert_eq!(check(&bytes).reports_differ, 1);
+    }
+
+    #[test]
+    fn a_report_is_computed_again_with_the_parameters_of_its_own_header() {
+        let mut bytes = with_a_ball([pair(0, 0), end(1, 1, 0)].concat());
+        let record = frame(0, 0, 0).len();
+        for header in [0, record] {
+            let wire = &mut bytes[header..header + STREAM_HEADER_SIZE];
+            let mut said = stream_header_decode((&*wire).try_into().unwrap()).unwrap();
+            // So small a thing is no ball, as the report says.
+            said.params.ball_min = 120;
+            wire.copy_from_slice(&stream_header_encode(&said));
+        }
+        assert!(check(&bytes).all_right());
     }
 
     #[test]

@@ -77,8 +77,8 @@ pub fn frame_bytes(header: &StreamHeader) -> usize {
 mod tests_support {
     use super::*;
     use common_sys::link::stream_pattern_first;
-    use common_sys::link::{STREAM_BLOCK, StreamParams, report_encode, stream_header_encode};
-    use common_sys::vision::{DEFAULT_PARAMS, detect};
+    use common_sys::link::{STREAM_BLOCK, report_encode, stream_header_encode};
+    use common_sys::vision::{EyeParams, detect};
 
     fn record(header: &StreamHeader, pixels: impl Iterator<Item = u16>) -> Vec<u8> {
         let mut bytes = stream_header_encode(header).to_vec();
@@ -105,16 +105,11 @@ mod tests_support {
     /// A grey frame with its report.
     pub fn frame(number: u32, eye: u8, lost: u32) -> Vec<u8> {
         let pixels = vec![0x8410; WIDTH * HEIGHT];
-        let mut report = detect(&pixels, &pixels, &DEFAULT_PARAMS);
+        let params = EyeParams::usual();
+        let mut report = detect(&pixels, &pixels, &params);
         report.function = c::FPGA_FUNCTION_SOCCER as u8;
         report.sequence = number as u8;
         report.exposure_time = (10 * number) as u16;
-        let params = StreamParams {
-            goal_row: DEFAULT_PARAMS.goal_row,
-            opponent_row: DEFAULT_PARAMS.opponent_row,
-            search_max: DEFAULT_PARAMS.search_max,
-            yellow_margin: DEFAULT_PARAMS.yellow_margin,
-        };
         let flags = c::STREAM_FLAG_REPORT as u8;
         let report = report_encode(&report);
         record(

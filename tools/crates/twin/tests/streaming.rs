@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use common_sys::constants as c;
+use common_sys::link::registers;
 use fx2::host::{Host, HostError, Link, Request};
 use sim::{MS, Ps, SECOND, US};
 use stream::Findings;
@@ -96,6 +97,25 @@ fn ten_seconds_of_640x480_arrive_without_a_gap_and_with_the_right_reports() {
     assert!((298..=302).contains(&found.pairs), "{} pairs", found.pairs);
     assert_eq!(found.reports, found.pairs);
     assert!(counts.latency_max < 25 * MS, "{} us", counts.latency_max / US);
+}
+
+#[test]
+fn registers_that_change_while_it_streams_are_told_with_every_pair() {
+    let (mut desk, mut receiver) = desk(Function::Soccer, Host::new());
+    turn(&mut desk);
+    receiver.start(&mut desk, &SMALL).expect("it starts");
+    for (n, register) in (0..).zip(registers().iter().filter(|register| register.is_param)) {
+        let (low, high) = register.range.expect("parameters can be written");
+        let value = if n % 2 == 0 { low } else { high };
+        receiver.set(&mut desk, register.address.into(), value).expect("it is written");
+        assert_eq!(receiver.get(&mut desk, register.address.into()).expect("it is read"), value);
+        receiver.read_for(&mut desk, 31 * MS).expect("it streams");
+        receiver.set(&mut desk, register.address.into(), register.reset).expect("it is written");
+    }
+    receiver.stop(&mut desk).expect("it ends");
+    let found = receiver.finish();
+    assert_clean(&desk, &found);
+    assert!(found.reports == found.pairs && found.pairs > 21, "{found:?}");
 }
 
 /// Megabytes a second of the test pattern, and the share of its cycles that the FX2's CPU was awake.

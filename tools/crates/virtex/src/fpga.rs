@@ -10,10 +10,10 @@
 
 use common_sys::constants as c;
 use common_sys::link::{
-    REGISTER_READ_BYTES, REGISTER_WRITE_BYTES, REPORT_SIZE, StreamParams, register_read_encode,
-    register_write_decode, report_encode,
+    self, REGISTER_READ_BYTES, REGISTER_WRITE_BYTES, REPORT_SIZE, Register, register_read_encode,
+    register_write_decode, registers, report_encode,
 };
-use common_sys::vision::{DEFAULT_PARAMS, EyeParams, HEIGHT, WIDTH, detect, halve};
+use common_sys::vision::{EyeParams, HEIGHT, PARAM_COUNT, WIDTH, detect, halve};
 use sim::{Clock, MS, Ps, US};
 
 use crate::camera_table;
@@ -40,8 +40,6 @@ const REPORT_TICK: Ps = 100 * US;
 const REPORT_WORDS: usize = REPORT_SIZE / 2;
 
 const REGISTERS: usize = c::FPGA_REG_COUNT as usize;
-/// Registers 0..=LAST and those of the cameras' tables exist.
-const LAST: u32 = c::FPGA_REG_TORN;
 
 /// An eye counts as alive for so long after a frame.
 const ALIVE: Ps = 250 * MS;
@@ -238,12 +236,7 @@ impl Fpga {
             width,
             height,
             flags: flags as u8,
-            params: StreamParams {
-                goal_row: params.goal_row,
-                opponent_row: params.opponent_row,
-                search_max: params.search_max,
-                yellow_margin: params.yellow_margin,
-            },
+            params,
             report: report.map_or([0; REPORT_SIZE], |(_, wire)| wire),
             pixels: [frame.left, frame.right],
         });
@@ -403,10 +396,8 @@ impl Fpga {
             c::FPGA_REG_SENT => sent,
             c::FPGA_REG_LOST => lost,
             c::FPGA_REG_EYES => self.eyes_register(now),
-            0..=LAST | c::FPGA_REG_CAMERA_TABLE..c::FPGA_REG_COUNT => {
-                self.registers[usize::from(address)]
-            }
-            _ => return None,
+            c::FPGA_REG_CAMERA_TABLE..c::FPGA_REG_COUNT => self.registers[usize::from(address)],
+            _ => self.registers[usize::from(find(address)?.address)],
         })
     }
 
@@ -421,23 +412,18 @@ impl Fpga {
 
     /// Writes to read-only and missing registers, and of values out of range, change nothing.
     fn write_register(&mut self, now: Ps, address: u8, value: u16) {
-        let range = match u32::from(address) {
+        let taken = match u32::from(address) {
             c::FPGA_REG_STREAM => {
                 let source = self.source();
                 return self.stream.control(now, value, source);
             }
-            c::FPGA_REG_GOAL_ROW | c::FPGA_REG_OPPONENT_ROW => 4..=235,
-            c::FPGA_REG_SEARCH_MAX => 16..=127,
-            c::FPGA_REG_FRAME_RATE => 1..=40,
-            c::FPGA_REG_FORMAT => 0..=c::FPGA_FORMAT_640X480 as u16,
-            c::FPGA_REG_SOURCE if self.function == Some(Function::Capture) => {
-                0..=c::FPGA_SOURCE_PATTERN as u16
-            }
-            c::FPGA_REG_YELLOW_MARGIN => 0..=255,
-            c::FPGA_REG_CAMERA_TABLE..c::FPGA_REG_COUNT => 0..=u16::MAX,
-            _ => return,
+            c::FPGA_REG_SOURCE if self.function != Some(Function::Capture) => false,
+            c::FPGA_REG_CAMERA_TABLE..c::FPGA_REG_COUNT => true,
+            _ => find(address)
+                .and_then(|register| register.range)
+                .is_some_and(|(low, high)| (low..=high).contains(&value)),
         };
-        if range.contains(&value) {
+        if taken {
             self.registers[usize::from(address)] = value;
         }
     }
@@ -453,14 +439,12 @@ impl Fpga {
     }
 
     fn eye_params(&self) -> EyeParams {
-        // The ranges of the registers are those of a byte.
-        let byte = |address: u32| self.registers[address as usize] as u8;
-        EyeParams {
-            goal_row: byte(c::FPGA_REG_GOAL_ROW),
-            opponent_row: byte(c::FPGA_REG_OPPONENT_ROW),
-            search_max: byte(c::FPGA_REG_SEARCH_MAX),
-            yellow_margin: byte(c::FPGA_REG_YELLOW_MARGIN),
+        let mut bytes = [0; PARAM_COUNT];
+        for (byte, parameter) in bytes.iter_mut().zip(parameters()) {
+            // The ranges of these registers are those of a byte.
+            *byte = self.registers[usize::from(parameter.address)] as u8;
         }
+        EyeParams::from_bytes(&bytes)
     }
 
     /// When the design came to life: its own time begins then.
@@ -501,19 +485,22 @@ impl Fpga {
     }
 }
 
+/// The register at this address, if it has a name.
+fn find(address: u8) -> Option<&'static Register> {
+    registers().iter().find(|register| register.address == address)
+}
+
+/// The registers that are parameters of the detectors.
+fn parameters() -> impl Iterator<Item = &'static Register> {
+    registers().iter().filter(|register| register.is_param)
+}
+
 fn reset_registers(function: Option<Function>) -> [u16; REGISTERS] {
     let mut registers = [0; REGISTERS];
-    for (address, value) in [
-        (c::FPGA_REG_ID, c::FPGA_ID_VALUE as u16),
-        (c::FPGA_REG_FUNCTION, function.map_or(0, |f| u16::from(f.code()))),
-        (c::FPGA_REG_GOAL_ROW, u16::from(DEFAULT_PARAMS.goal_row)),
-        (c::FPGA_REG_OPPONENT_ROW, u16::from(DEFAULT_PARAMS.opponent_row)),
-        (c::FPGA_REG_SEARCH_MAX, u16::from(DEFAULT_PARAMS.search_max)),
-        (c::FPGA_REG_FRAME_RATE, 40),
-        (c::FPGA_REG_YELLOW_MARGIN, u16::from(DEFAULT_PARAMS.yellow_margin)),
-    ] {
-        registers[address as usize] = value;
+    for register in link::registers() {
+        registers[usize::from(register.address)] = register.reset;
     }
+    registers[c::FPGA_REG_FUNCTION as usize] = function.map_or(0, |f| u16::from(f.code()));
     let tables = &mut registers[c::FPGA_REG_CAMERA_TABLE as usize..];
     let places = tables.chunks_exact_mut(c::FPGA_CAMERA_TABLE_ENTRIES as usize);
     for (place, table) in places.zip(camera_table::ALL) {
@@ -795,6 +782,7 @@ mod tests {
             (c::FPGA_REG_YELLOW_MARGIN, 255, true),
             (c::FPGA_REG_YELLOW_MARGIN, 256, false),
             (c::FPGA_REG_LOST, 1, false),
+            (c::FPGA_REG_EYES, 0, false),
             (c::FPGA_REG_CAMERA_TABLE, 0x1234, true),
         ] {
             let before = fpga.register(now, register as u8).expect("it is there");
@@ -807,13 +795,35 @@ mod tests {
                 "{register:02x} := {value}"
             );
         }
-        for missing in [0x10, 0x3F] {
+        for missing in [0x21, 0x3F] {
             assert_eq!(fpga.register(now, missing), None);
             assert_eq!(spi(&mut fpga, now, &[missing, 0, 0]), [0xFF; 3]);
         }
         let mut capture = configured(Function::Capture);
         spi(&mut capture, now, &[0x80 | c::FPGA_REG_SOURCE as u8, 0, 1]);
         assert_eq!(capture.register(now, c::FPGA_REG_SOURCE as u8), Some(1));
+    }
+
+    #[test]
+    fn every_parameter_is_a_register_with_its_range_and_reaches_the_detectors() {
+        let mut fpga = configured(Function::Soccer);
+        let now = FIRST_FRAME;
+        for (at, parameter) in parameters().enumerate() {
+            let (low, high) = parameter.range.expect("parameters can be written");
+            let name = parameter.name;
+            assert_eq!(fpga.register(now, parameter.address), Some(parameter.reset), "{name}");
+            for (value, taken) in [(low, low), (high, high), (high + 1, high)] {
+                let [first, second] = value.to_be_bytes();
+                spi(&mut fpga, now, &[0x80 | parameter.address, first, second]);
+                assert_eq!(fpga.register(now, parameter.address), Some(taken), "{name}");
+                assert_eq!(u16::from(fpga.eye_params().to_bytes()[at]), taken, "{name}");
+            }
+            if low > 0 {
+                let [first, second] = (low - 1).to_be_bytes();
+                spi(&mut fpga, now, &[0x80 | parameter.address, first, second]);
+                assert_eq!(fpga.register(now, parameter.address), Some(high), "{name}");
+            }
+        }
     }
 
     #[test]

@@ -11,9 +11,9 @@ use std::mem;
 
 use common_sys::constants as c;
 use common_sys::link::{
-    REPORT_SIZE, STREAM_BLOCK, StreamHeader, StreamParams, stream_header_encode,
-    stream_pattern_first,
+    REPORT_SIZE, STREAM_BLOCK, StreamHeader, stream_header_encode, stream_pattern_first,
 };
+use common_sys::vision::EyeParams;
 use sim::{Ps, US};
 
 /// The turret's PSRAM, 32 Mbit.
@@ -52,7 +52,7 @@ pub struct Taken<'a> {
     /// `STREAM_FLAG_*`.
     pub flags: u8,
     /// The design's parameters.
-    pub params: StreamParams,
+    pub params: EyeParams,
     /// Its report, or zeros.
     pub report: [u8; REPORT_SIZE],
     /// Left and right eye.
@@ -337,7 +337,7 @@ mod tests {
             width: 320,
             height: 240,
             flags: 0,
-            params: StreamParams::default(),
+            params: EyeParams::usual(),
             report: [0; REPORT_SIZE],
             pixels: [&pixels, &pixels],
         });
@@ -360,7 +360,8 @@ mod tests {
     }
 
     fn header(bytes: &[u8]) -> StreamHeader {
-        let wire: &[u8; STREAM_HEADER_SIZE] = bytes[..STREAM_HEADER_SIZE].try_into().expect("72");
+        let wire: &[u8; STREAM_HEADER_SIZE] =
+            bytes[..STREAM_HEADER_SIZE].try_into().expect("whole");
         stream_header_decode(wire).expect("a header")
     }
 

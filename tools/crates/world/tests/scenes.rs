@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use common_sys::constants as c;
-use common_sys::vision::{DEFAULT_PARAMS, Report, detect, rgb565};
+use common_sys::vision::{EyeParams, Report, detect, rgb565};
 use image::RgbImage;
 use serde_json::Value;
 use world::BallColour;
@@ -199,7 +199,7 @@ fn report(pictures: [&RgbImage; 2]) -> Report {
     let [left, right] = pictures.map(|picture| {
         picture.pixels().map(|p| rgb565(p.0[0], p.0[1], p.0[2])).collect::<Vec<u16>>()
     });
-    detect(&left, &right, &DEFAULT_PARAMS)
+    detect(&left, &right, &EyeParams::usual())
 }
 
 /// What both reports have, name by name, in pixels; what only one has is left out.

@@ -10,7 +10,7 @@ mod setting;
 use std::ops::Range;
 
 use common_sys::constants as c;
-use common_sys::vision::{self, DEFAULT_PARAMS, Report};
+use common_sys::vision::{self, EyeParams, Report};
 
 use sensor::Tier;
 use setting::{Expect, Setting};
@@ -215,7 +215,7 @@ fn the_detectors_reach_their_targets() {
         for seed in SEEDS {
             let setting = Setting::draw(seed);
             let [left, right] = sensor::take_pair(&setting, tier, seed);
-            let report = vision::detect(&left, &right, &DEFAULT_PARAMS);
+            let report = vision::detect(&left, &right, &EyeParams::usual());
             for ((_, weigh), tally) in THINGS.iter().zip(&mut tallies) {
                 weigh(tally, seed, &report, &setting);
             }
