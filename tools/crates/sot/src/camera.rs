@@ -339,7 +339,8 @@ impl std::str::FromStr for Gain {
             return Err("give auto, or a factor of 1 to 31".into());
         }
         // Doublings from the lowest bit on; of registers alike the one nearest to the factor.
-        let registers = [0x00, 0x10, 0x30, 0x70, 0xF0].into_iter().flat_map(|high| high..high + 16);
+        let registers =
+            [0x00, 0x10, 0x30, 0x70, 0xF0].into_iter().flat_map(|high: u8| high..=high + 15);
         let off = |register: &u8| (gain_of(*register) - factor).abs();
         Ok(Self(registers.min_by(|a, b| off(a).total_cmp(&off(b)))))
     }

@@ -656,22 +656,24 @@ fn unusual_params(params: &EyeParams) -> String {
 fn report_as_json(report: &Report) -> Value {
     let has = |flag: u32| u32::from(report.flags) & flag != 0;
     let px = |q4: u16| f64::from(q4) / 16.0;
+    // 0 stands for none.
+    let disparity = |q4: u16| (q4 != 0).then(|| px(q4));
     let ball = has(c::REPORT_BALL).then(|| {
         json!({
             "x": px(report.ball_x_q4), "row": report.ball_row, "width": report.ball_width_px,
-            "disparity": px(report.ball_disparity_q4), "clipped": has(c::REPORT_BALL_CLIPPED),
+            "disparity": disparity(report.ball_disparity_q4), "clipped": has(c::REPORT_BALL_CLIPPED),
             "right_only": has(c::REPORT_BALL_RIGHT_ONLY), "left_only": has(c::REPORT_BALL_LEFT_ONLY),
             "confidence": report.ball_confidence,
         })
     });
     let edge = |side: usize, flag: u32| {
         has(flag).then(|| {
-            json!({ "x": px(report.goal_x_q4[side]), "disparity": px(report.goal_disparity_q4[side]) })
+            json!({ "x": px(report.goal_x_q4[side]), "disparity": disparity(report.goal_disparity_q4[side]) })
         })
     };
     let opponent = has(c::REPORT_OPPONENT).then(|| {
         json!({
-            "x": px(report.opponent_x_q4), "disparity": px(report.opponent_disparity_q4),
+            "x": px(report.opponent_x_q4), "disparity": disparity(report.opponent_disparity_q4),
             "confidence": report.opponent_confidence,
         })
     });

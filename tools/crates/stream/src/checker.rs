@@ -63,6 +63,8 @@ struct Session {
     next: u32,
     sent: u32,
     lost: u32,
+    /// Pairs that are missing here and not counted by the FPGA, as told already.
+    uncounted: u32,
     /// A pair's number and its report's sequence: the two count alike.
     sequence: Option<(u32, u8)>,
 }
@@ -102,6 +104,7 @@ impl Checker {
             next: 0,
             sent: 0,
             lost: 0,
+            uncounted: 0,
             sequence: None,
         });
         match record {
@@ -182,9 +185,11 @@ impl Checker {
         session.lost += header.number - session.next;
         self.findings.lost += u64::from(header.number - session.next);
         session.next = header.number.saturating_add(1);
-        let (sent, lost) = (session.sent, session.lost);
+        let (sent, lost, told) = (session.sent, session.lost, session.uncounted);
         session.sent += 1;
-        if (header.sent, header.lost) != (sent, lost) {
+        if (header.sent, header.lost) != (sent.wrapping_add(told), lost.wrapping_sub(told)) {
+            // What is missing is told once, not with every pair that follows.
+            session.uncounted = lost.wrapping_sub(header.lost);
             let (theirs, ours) = (header.lost, lost);
             self.disorder(
                 header,
@@ -318,6 +323,14 @@ mod tests {
     fn a_pair_missing_on_the_way_is_found_by_its_counts() {
         let found = check(&[pair(0, 0), pair(2, 0), end(3, 3, 0)].concat());
         assert_eq!((found.disorder, found.counts_differ, found.lost), (1, 1, 1), "{found:?}");
+    }
+
+    #[test]
+    fn what_is_missing_on_the_way_is_told_once() {
+        let found = check(&[pair(0, 0), pair(2, 0), pair(3, 0), pair(5, 1), end(6, 5, 1)].concat());
+        assert_eq!((found.disorder, found.counts_differ, found.lost), (1, 1, 2), "{found:?}");
+        let found = check(&[pair(0, 0), pair(2, 0), pair(3, 0), pair(5, 0), end(6, 6, 0)].concat());
+        assert_eq!((found.disorder, found.counts_differ, found.lost), (2, 1, 2), "{found:?}");
     }
 
     #[test]
