@@ -24,6 +24,7 @@ mod stretch;
 use common_sys::link::Report;
 use common_sys::vision::rgb565;
 use image::RgbImage;
+use pulp::{Arch, NullaryFnOnce};
 use sim::{MS, Ps, SECOND};
 
 use camera::{Camera, Eye, HEIGHT, WIDTH};
@@ -423,9 +424,7 @@ impl World {
             let camera = Camera::of_robot(moment.robots[robot], eye);
             if !exposure.large {
                 self.shoot(&camera, &moment, robot, eye, light);
-                for (pixel, colour) in pixels.iter_mut().zip(&self.frame) {
-                    *pixel = to_pixel(*colour);
-                }
+                Arch::new().dispatch(ReadOut { frame: &self.frame, pixels });
                 continue;
             }
             for (column, row) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
@@ -457,12 +456,31 @@ impl World {
     }
 }
 
+/// A frame to be turned into pixels; compiled for several sets of instructions.
+struct ReadOut<'a> {
+    frame: &'a Frame,
+    pixels: &'a mut [u16],
+}
+
+impl NullaryFnOnce for ReadOut<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (pixel, colour) in self.pixels.iter_mut().zip(self.frame) {
+            *pixel = to_pixel(*colour);
+        }
+    }
+}
+
+#[inline(always)]
 fn to_pixel(colour: shade::Rgb) -> u16 {
     let [r, g, b] = colour.map(to_byte);
     rgb565(r, g, b)
 }
 
 /// A channel 0..1 as the sensor's eight bits.
+#[inline(always)]
 fn to_byte(channel: f32) -> u8 {
     sensor::rounded((channel * 255.0).clamp(0.0, 255.0)).1
 }

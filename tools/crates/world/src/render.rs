@@ -11,6 +11,8 @@
 
 use core::ops::Range;
 
+use pulp::{Arch, NullaryFnOnce};
+
 use crate::camera::{Camera, FOCAL_PX, HEIGHT, WIDTH};
 use crate::physics::Pose;
 use crate::pitch as p;
@@ -93,16 +95,19 @@ struct Linear {
 }
 
 impl Linear {
+    #[inline(always)]
     fn at(&self, [x, y]: [f32; 2]) -> f32 {
         self.start + self.across * x + self.down * y
     }
 
     /// Along a row.
+    #[inline(always)]
     fn row(&self, y: f32) -> Line {
         Line { start: self.at([0.0, y]), slope: self.across }
     }
 
     /// The sum of two of them, weighed.
+    #[inline(always)]
     fn sum(a: &Self, weight_a: f32, b: &Self, weight_b: f32) -> Self {
         Self {
             start: a.start * weight_a + b.start * weight_b,
@@ -174,6 +179,7 @@ struct Points {
 }
 
 impl Points {
+    #[inline(always)]
     fn at(&self, index: usize) -> [f32; 2] {
         [self.x[index], self.y[index]]
     }
@@ -208,18 +214,34 @@ struct View<'a> {
 
 /// Draw what `camera` sees of `scene` into `frame`.
 pub fn render(camera: &Camera, scene: &Scene, frame: &mut Frame) {
-    let view = View::new(camera, scene);
-    let mut keys = vec![Surface::Floor.key(); WIDTH * HEIGHT];
-    frame.resize(WIDTH * HEIGHT, [0.0; 3]);
-    let rows = keys.chunks_exact_mut(WIDTH).zip(frame.chunks_exact_mut(WIDTH));
-    for (y, (keys, colours)) in rows.enumerate() {
-        view.draw_row(y as f32, keys, colours);
-    }
-    for bounds in [&view.ball_bounds, &view.robot_bounds] {
-        view.draw_objects(bounds, &mut keys, frame);
-    }
-    for index in borders(&keys) {
-        frame[index] = view.look_closely(index % WIDTH, index / WIDTH);
+    Arch::new().dispatch(Drawing { view: View::new(camera, scene), frame });
+}
+
+/// A picture to be drawn. What is inlined into `call` is compiled for several sets of instructions, of
+/// which the widest that this machine has is taken; rounding is the same with all of them.
+struct Drawing<'a> {
+    view: View<'a>,
+    frame: &'a mut Frame,
+}
+
+impl NullaryFnOnce for Drawing<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { view, frame } = self;
+        let mut keys = vec![Surface::Floor.key(); WIDTH * HEIGHT];
+        frame.resize(WIDTH * HEIGHT, [0.0; 3]);
+        let rows = keys.chunks_exact_mut(WIDTH).zip(frame.chunks_exact_mut(WIDTH));
+        for (y, (keys, colours)) in rows.enumerate() {
+            view.draw_row(y as f32, keys, colours);
+        }
+        for bounds in [&view.ball_bounds, &view.robot_bounds] {
+            view.draw_objects(bounds, &mut keys, frame);
+        }
+        for index in borders(&keys) {
+            frame[index] = view.look_closely(index % WIDTH, index / WIDTH);
+        }
     }
 }
 
@@ -253,7 +275,10 @@ pub fn line(camera: &Camera, scene: &Scene, cells: usize, view_rad: f64) -> Vec<
 }
 
 /// Pixels with a neighbour that shows another surface.
+#[inline(always)]
 fn borders(keys: &[u8]) -> Vec<usize> {
+    const BLOCK: usize = 32;
+    const _: () = assert!((WIDTH * HEIGHT).is_multiple_of(BLOCK));
     let mut marked = vec![false; keys.len()];
     let mut mark = |step: usize, width: usize| {
         for y in 0..keys.len() / WIDTH {
@@ -271,7 +296,13 @@ fn borders(keys: &[u8]) -> Vec<usize> {
     };
     mark(1, WIDTH - 1);
     mark(WIDTH, WIDTH);
-    (0..marked.len()).filter(|&index| marked[index]).collect()
+    // Most blocks of pixels have none: they are passed over as a whole.
+    let blocks = (0..).step_by(BLOCK).zip(marked.chunks_exact(BLOCK));
+    blocks
+        .filter(|(_, flags)| flags.iter().fold(false, |any, flag| any | flag))
+        .flat_map(|(first, flags)| (first..).zip(flags).filter(|(_, flag)| **flag))
+        .map(|(index, _)| index)
+        .collect()
 }
 
 impl<'a> View<'a> {
@@ -354,6 +385,7 @@ impl<'a> View<'a> {
     }
 
     /// Floor and walls of one row, run by run.
+    #[inline(always)]
     fn draw_row(&self, row: f32, keys: &mut [u8], colours: &mut [Rgb]) {
         if self.lens_in_goal.is_some() {
             for (x, (key, colour)) in keys.iter_mut().zip(colours).enumerate() {
@@ -380,6 +412,7 @@ impl<'a> View<'a> {
 
     /// A run of floor from column `x` on; its keys are there already. Bare boards first, then again
     /// where there may be a line or a shadow.
+    #[inline(always)]
     fn draw_floor(&self, row: f32, x: usize, colours: &mut [Rgb]) {
         let floor = FloorRow::new(self, row);
         let run = x..x + colours.len();
@@ -400,17 +433,11 @@ impl<'a> View<'a> {
     }
 
     /// A run of a wall from column `first` on: plain wall first, then its goal and the room above it.
+    #[inline(always)]
     fn draw_wall(&self, wall: usize, row: f32, first: usize, keys: &mut [u8], colours: &mut [Rgb]) {
         keys.fill(Surface::Wall(wall as u8).key());
         self.draw_plain_wall(wall, row, first, colours);
         let run = Stretch::of(&(first..first + colours.len()));
-        let mut paint = |part: Stretch, look: &dyn Fn([f32; 3]) -> (Surface, Rgb)| {
-            for column in part.pixels() {
-                let (surface, colour) = look(self.ray_at([column as f32, row]));
-                keys[column - first] = surface.key();
-                colours[column - first] = colour;
-            }
-        };
         let eye = self.camera.at;
         // Positive where a ray meets the wall's plane above (sign 1) or below (-1) a limit of y or z:
         // compared are the rise to the limit and the ray's, both for one unit of depth.
@@ -418,21 +445,44 @@ impl<'a> View<'a> {
             let rise = (eye[axis] - limit as f32) * sign;
             Linear::sum(&self.walls[wall], rise, &self.ray[axis], sign).row(row)
         };
-        paint(run.where_positive(beyond(1.0, 2, p::WALL_HEIGHT_MM)), &|ray| {
-            let (room, along) = self.room_at(ray);
-            let panel = shade::room_panel(along, room[2]);
-            (Surface::Room(panel), shade::room(panel, room[2]))
-        });
+        let above = run.where_positive(beyond(1.0, 2, p::WALL_HEIGHT_MM)).pixels();
+        if !above.is_empty() {
+            let here = above.start - first..above.end - first;
+            self.draw_room(row, above.start, &mut keys[here.clone()], &mut colours[here]);
+        }
         if wall < 2 {
             let opening = run
                 .where_positive(beyond(-1.0, 2, p::GOAL_HEIGHT_MM))
                 .where_positive(beyond(-1.0, 1, p::GOAL_HALF_WIDTH_MM))
                 .where_positive(beyond(1.0, 1, -p::GOAL_HALF_WIDTH_MM));
-            paint(opening, &|ray| (Surface::Goal, shade::goal(self.goal_face(wall, ray).1)));
+            for column in opening.pixels() {
+                let ray = self.ray_at([column as f32, row]);
+                keys[column - first] = Surface::Goal.key();
+                colours[column - first] = shade::goal(self.goal_face(wall, ray).1);
+            }
+        }
+    }
+
+    /// A run of the room beyond the walls, from column `first` on: first where it is looked at, which
+    /// the compiler computes for many pixels at once.
+    #[inline(always)]
+    fn draw_room(&self, row: f32, first: usize, keys: &mut [u8], colours: &mut [Rgb]) {
+        let (mut along, mut height) = ([0.0; WIDTH], [0.0; WIDTH]);
+        let places = along.iter_mut().zip(&mut height).take(keys.len());
+        for (x, (along, height)) in (first as i32..).zip(places) {
+            let (room, at) = self.room_at(self.ray_at([x as f32, row]));
+            (*along, *height) = (at, room[2]);
+        }
+        let pixels = keys.iter_mut().zip(colours).zip(along.into_iter().zip(height));
+        for ((key, colour), (along, height)) in pixels {
+            let panel = shade::room_panel(along, height);
+            *key = Surface::Room(panel).key();
+            *colour = shade::room(panel, height);
         }
     }
 
     /// A run of nothing but wall.
+    #[inline(always)]
     fn draw_plain_wall(&self, wall: usize, row: f32, first: usize, colours: &mut [Rgb]) {
         let per_depth = self.walls[wall].row(row);
         let [along, up] = [along_axis(wall), 2];
@@ -479,16 +529,19 @@ impl<'a> View<'a> {
         (end.ceil() as usize).clamp(x + 1, WIDTH)
     }
 
+    #[inline(always)]
     fn ray_at(&self, point: [f32; 2]) -> [f32; 3] {
         self.ray.map(|component| component.at(point))
     }
 
     /// Where a ray is after so many units of depth.
+    #[inline(always)]
     fn hit(&self, ray: [f32; 3], depth: f32) -> [f32; 3] {
         [0, 1, 2].map(|i| self.camera.at[i] + ray[i] * depth)
     }
 
     /// What is seen where a ray meets a wall's plane: the wall, its goal, or the room above it.
+    #[inline(always)]
     fn on_wall(&self, wall: usize, ray: [f32; 3], [_, y, z]: [f32; 3]) -> Surface {
         if z > p::WALL_HEIGHT_MM as f32 {
             let (room, along) = self.room_at(ray);
@@ -499,6 +552,7 @@ impl<'a> View<'a> {
     }
 
     /// Where a ray meets the room's wall, and how far along that is.
+    #[inline(always)]
     fn room_at(&self, ray: [f32; 3]) -> ([f32; 3], f32) {
         let depth = |i: usize| {
             let wall = if ray[i] > 0.0 { ROOM_MM[i] } else { -ROOM_MM[i] };
@@ -511,11 +565,12 @@ impl<'a> View<'a> {
 
     /// The nearest surface of the pitch, and one over its distance where it can hide something.
     fn pitch_at(&self, point: [f32; 2]) -> (Surface, f32) {
-        self.pitch_among(&Planes::all(self), point)
+        self.pitch_on(Planes::all(self).nearest(point), point)
     }
 
-    /// The same, of these planes only.
-    fn pitch_among(&self, planes: &Planes, point: [f32; 2]) -> (Surface, f32) {
+    /// The same, where the nearest plane and one over its distance are known.
+    #[inline(always)]
+    fn pitch_on(&self, nearest: (usize, f32), point: [f32; 2]) -> (Surface, f32) {
         if let Some(end) = self.lens_in_goal {
             let ray = self.ray_at(point);
             let outwards = WALLS[end].0[0] * ray[0];
@@ -524,7 +579,7 @@ impl<'a> View<'a> {
                 return (Surface::Goal, 0.0);
             }
         }
-        match planes.nearest(point) {
+        match nearest {
             (FLOOR_PLANE, _) => (Surface::Floor, 0.0),
             (wall, per_depth) => {
                 let ray = self.ray_at(point);
@@ -557,6 +612,7 @@ impl<'a> View<'a> {
     }
 
     /// Ball and robot, where they hide the pitch.
+    #[inline(always)]
     fn draw_objects(&self, bounds: &Bounds, keys: &mut [u8], frame: &mut [Rgb]) {
         for y in bounds[1].clone() {
             for first in bounds[0].clone().step_by(POINTS) {
@@ -586,11 +642,13 @@ impl<'a> View<'a> {
     }
 
     /// At each point the nearer of ball and robot, unless the pitch hides it.
+    #[inline(always)]
     fn objects_at(&self, points: &Points, maybe: [bool; 2]) -> [Option<Surface>; POINTS] {
         let ball = if maybe[0] { self.ball_depths(points) } else { [f32::INFINITY; POINTS] };
         let robot = maybe[1].then_some(self.dress.as_ref()).flatten();
         let robot = robot.map(|dress| self.robot_hits(dress, points));
-        core::array::from_fn(|i| {
+        let mut surfaces = [None; POINTS];
+        for (i, seen) in surfaces.iter_mut().enumerate() {
             let (mut depth, mut surface) = (ball[i], Surface::Ball);
             if let Some(hits) = &robot
                 && hits.depth[i] < depth
@@ -606,9 +664,11 @@ impl<'a> View<'a> {
                     }
                 }
             }
-            let seen = depth.is_finite() && !(self.in_goal && self.hidden(points.at(i), depth));
-            seen.then_some(surface)
-        })
+            if depth.is_finite() && !(self.in_goal && self.hidden(points.at(i), depth)) {
+                *seen = Some(surface);
+            }
+        }
+        surfaces
     }
 
     /// Whether the wall beside a goal is before what is so deep there.
@@ -618,17 +678,21 @@ impl<'a> View<'a> {
     }
 
     /// Depth of the ball at each point, infinite where it is not.
+    #[inline(always)]
     fn ball_depths(&self, points: &Points) -> [f32; POINTS] {
         let Some(centre) = self.ball else { return [f32::INFINITY; POINTS] };
         let offset = [0, 1, 2].map(|i| self.camera.at[i] - centre[i]);
         let c = dot(offset, offset) - BALL_RADIUS * BALL_RADIUS;
-        core::array::from_fn(|i| {
+        let mut depths = [0.0; POINTS];
+        for (i, depth) in depths.iter_mut().enumerate() {
             let ray = self.ray_at(points.at(i));
-            root_or_infinity(dot(ray, ray), dot(ray, offset), c)
-        })
+            *depth = root_or_infinity(dot(ray, ray), dot(ray, offset), c);
+        }
+        depths
     }
 
     /// What rays meet of the upright cylinder around the dress.
+    #[inline(always)]
     fn robot_hits(&self, dress: &Dress, points: &Points) -> RobotHits {
         let offset = [0, 1].map(|i| self.camera.at[i] - dress.axis[i]);
         let c = offset[0] * offset[0] + offset[1] * offset[1] - ROBOT_RADIUS * ROBOT_RADIUS;
@@ -691,6 +755,7 @@ impl<'a> View<'a> {
     }
 
     /// The mean over 16 points of a pixel. Each surface is shaded once, in the middle of its points.
+    #[inline(always)]
     fn look_closely(&self, x: usize, y: usize) -> Rgb {
         /// Rows of the points in columns 0..16: bits reversed, so that they spread evenly.
         const ROW: [u8; POINTS] = [0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15];
@@ -707,11 +772,12 @@ impl<'a> View<'a> {
         };
         let objects =
             if maybe == [false; 2] { [None; POINTS] } else { self.objects_at(&points, maybe) };
+        let (nearest, per_depth) = planes.nearest_of(&points);
         for (i, object) in objects.into_iter().enumerate() {
             let point = points.at(i);
             let surface = match object {
                 Some(object) => object,
-                None => self.pitch_among(&planes, point).0,
+                None => self.pitch_on((nearest[i] as usize, per_depth[i]), point).0,
             };
             let known = found[..count].iter().position(|entry| entry.0 == surface);
             let index = known.unwrap_or(count);
@@ -802,6 +868,7 @@ impl FloorRow {
     }
 
     /// What a column shows.
+    #[inline(always)]
     fn place(&self, x: f32) -> [f32; 2] {
         [0, 1].map(|i| self.start.at[i] + x * self.start.across[i])
     }
@@ -817,6 +884,7 @@ impl FloorRow {
         [0, 1].map(|i| ends[0].across[i].abs() + ends[0].down[i].abs().max(ends[1].down[i].abs()))
     }
 
+    #[inline(always)]
     fn spot(&self, x: f32) -> Spot {
         let Spot { across, down, .. } = self.start;
         Spot {
@@ -837,6 +905,7 @@ struct Planes {
 }
 
 impl Planes {
+    #[inline(always)]
     fn all(view: &View) -> Self {
         let mut planes = [(FLOOR_PLANE, view.floor); WALLS.len() + 1];
         for (index, wall) in view.walls.iter().enumerate() {
@@ -846,6 +915,7 @@ impl Planes {
     }
 
     /// Those that can be the nearest somewhere within the pixel at `point`.
+    #[inline(always)]
     fn near(view: &View, point: [f32; 2]) -> Self {
         let mut planes = Self::all(view);
         let reach = |plane: &Linear| (plane.across.abs() + plane.down.abs()) / 2.0;
@@ -864,7 +934,24 @@ impl Planes {
         planes
     }
 
+    /// The nearest at each point, and one over its distance.
+    #[inline(always)]
+    fn nearest_of(&self, points: &Points) -> ([u32; POINTS], [f32; POINTS]) {
+        let mut nearest = [FLOOR_PLANE as u32; POINTS];
+        let mut best = [f32::MIN; POINTS];
+        for (index, plane) in &self.planes[..self.count] {
+            for i in 0..POINTS {
+                let quotient = plane.at(points.at(i));
+                let nearer = quotient > best[i];
+                best[i] = if nearer { quotient } else { best[i] };
+                nearest[i] = if nearer { *index as u32 } else { nearest[i] };
+            }
+        }
+        (nearest, best)
+    }
+
     /// The nearest, and one over its distance.
+    #[inline(always)]
     fn nearest(&self, point: [f32; 2]) -> (usize, f32) {
         let mut best = (FLOOR_PLANE, f32::MIN);
         for (index, plane) in &self.planes[..self.count] {
@@ -878,6 +965,7 @@ impl Planes {
 }
 
 /// The smaller root of a t^2 + 2 b t + c if it is positive, otherwise infinity.
+#[inline(always)]
 fn root_or_infinity(a: f32, b: f32, c: f32) -> f32 {
     let square = b * b - a * c;
     let root = (-b - square.max(0.0).sqrt()) / a;

@@ -4,6 +4,7 @@
 //! How bad they are is drawn once, when they are made, from the ranges in [`crate::noise`]; flicker is
 //! drawn for each frame, noise for each pixel of it.
 
+use pulp::{Arch, NullaryFnOnce};
 use rand_core::Rng;
 use rand_pcg::Pcg64Mcg;
 use sim::device_rng;
@@ -11,6 +12,7 @@ use sim::device_rng;
 use crate::camera::{Eye, HEIGHT, WIDTH};
 use crate::noise::{Noise, around, between, normal};
 use crate::render::Frame;
+use crate::shade::Rgb;
 
 /// Channels of a row.
 const ROW: usize = 3 * WIDTH;
@@ -20,12 +22,15 @@ const REACH: usize = 2;
 const KERNEL: usize = 2 * REACH + 2;
 /// Pixels that a row is continued by: the blur's reach, and the most that an eye squints.
 const MARGIN: usize = 4;
+/// Blurred rows that are kept: those which one of the frame is made from, and those in between.
+const RING: usize = 16;
 /// Bits that choose one of the normally distributed numbers.
 const NORMAL_BITS: u32 = 12;
 const NORMALS: usize = 1 << NORMAL_BITS;
 
 /// A number 0..2^22 rounded, as a float and its lowest eight bits. From 2^23 on a float has no
 /// fraction; quicker than a conversion, and the compiler does it for many pixels at once.
+#[inline(always)]
 pub(crate) fn rounded(value: f32) -> (f32, u8) {
     const SHIFT: f32 = 12_582_912.0;
     let shifted = value + SHIFT;
@@ -33,6 +38,7 @@ pub(crate) fn rounded(value: f32) -> (f32, u8) {
 }
 
 /// The sum of six series, each with its weight.
+#[inline(always)]
 fn weighed(out: &mut [f32; ROW], weights: &[f32; KERNEL], series: [&[f32; ROW]; KERNEL]) {
     let [a, b, c, d, e, f] = series;
     for (i, sum) in out.iter_mut().enumerate() {
@@ -46,6 +52,7 @@ fn weighed(out: &mut [f32; ROW], weights: &[f32; KERNEL], series: [&[f32; ROW]; 
 }
 
 /// A row of this length from there on.
+#[inline(always)]
 fn row_from(values: &[f32], start: usize) -> &[f32; ROW] {
     values[start..start + ROW].try_into().expect("the range is that long")
 }
@@ -65,7 +72,6 @@ pub struct Sensors {
     rng: Pcg64Mcg,
     /// Normally distributed numbers of the noise's deviation.
     normals: Box<[f32; NORMALS]>,
-    rows: Vec<f32>,
 }
 
 impl Sensors {
@@ -100,7 +106,6 @@ impl Sensors {
                 Box::new(normals().map(|x| x * noise))
             },
             rng,
-            rows: Vec::new(),
         })
     }
 
@@ -115,23 +120,8 @@ impl Sensors {
             }
             Eye::Right => (1, [0.0; 2]),
         };
-        self.blur_along(misaligned_px[0], frame);
-        self.blur_down(misaligned_px[1], frame);
-        let Self { gain, rng, normals, frame_light, .. } = self;
-        let mut noise = [0.0_f32; ROW];
-        for (row, gain) in frame.chunks_exact_mut(WIDTH).zip(gain[index].chunks_exact(ROW)) {
-            for pixel in noise.chunks_exact_mut(3) {
-                let bits = rng.next_u64();
-                for (i, value) in pixel.iter_mut().enumerate() {
-                    *value = normals[(bits >> (NORMAL_BITS * i as u32)) as usize % NORMALS];
-                }
-            }
-            let levels = row.as_flattened_mut().iter_mut().zip(gain).zip(&noise);
-            for ((channel, gain), noise) in levels {
-                let level = (*channel * gain * *frame_light + noise).clamp(0.0, 255.0);
-                *channel = rounded(level).0 * (1.0 / 255.0);
-            }
-        }
+        let shift = misaligned_px.map(|px| self.shift(px));
+        Arch::new().dispatch(Development { sensors: self, eye: index, shift, frame });
     }
 
     /// Weights of the pixels around one, from `REACH` before it to `REACH + 1` after it, blurred and
@@ -144,39 +134,82 @@ impl Sensors {
         })
     }
 
-    /// Blur the rows of `frame` along themselves, moved right by so many pixels, into `rows`.
-    fn blur_along(&mut self, shift_px: f64, frame: &Frame) {
-        let whole = libm::floor(shift_px);
-        let mut kernel = self.kernel((shift_px - whole) as f32);
-        kernel.reverse();
-        // A pixel takes from those before it if the picture moves right.
-        let first = 3 * (MARGIN as isize - REACH as isize - 1 - whole as isize) as usize;
-        self.rows.resize(frame.len() * 3, 0.0);
-        let mut padded = [0.0_f32; ROW + 6 * MARGIN];
-        for (row, out) in frame.chunks_exact(WIDTH).zip(self.rows.chunks_exact_mut(ROW)) {
-            padded[3 * MARGIN..3 * MARGIN + ROW].copy_from_slice(row.as_flattened());
-            for i in 0..3 * MARGIN {
-                padded[i] = row[0][i % 3];
-                padded[3 * MARGIN + ROW + i] = row[WIDTH - 1][i % 3];
+    fn shift(&self, px: f64) -> Shift {
+        let whole = libm::floor(px);
+        Shift { whole: whole as isize, kernel: self.kernel((px - whole) as f32) }
+    }
+}
+
+/// A blur that also moves by so many whole pixels.
+struct Shift {
+    whole: isize,
+    kernel: [f32; KERNEL],
+}
+
+/// A frame to be turned into what its sensor gives, row by row: blurred along, blurred across, made
+/// uneven and noisy. Compiled for several sets of instructions like [`crate::render::render`].
+struct Development<'a> {
+    sensors: &'a mut Sensors,
+    eye: usize,
+    /// Along the rows, and across.
+    shift: [Shift; 2],
+    frame: &'a mut Frame,
+}
+
+impl NullaryFnOnce for Development<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { sensors, eye, shift: [along, across], frame } = self;
+        let Sensors { gain, normals, frame_light, rng, .. } = sensors;
+        let mut blurred = vec![[0.0; ROW]; RING];
+        let mut ready = 0;
+        for y in 0..HEIGHT {
+            // Rows that the blur across reaches; this one, too, whose place is about to be needed.
+            let reached = (y + REACH).saturating_add_signed(-across.whole).max(y);
+            while ready <= reached.min(HEIGHT - 1) {
+                along.blur_row(&frame[ready * WIDTH..][..WIDTH], &mut blurred[ready % RING]);
+                ready += 1;
             }
-            let out: &mut [f32; ROW] = out.try_into().expect("a row's length");
-            weighed(out, &kernel, core::array::from_fn(|i| row_from(&padded, first + 3 * i)));
+            let from = |i: usize| {
+                let row = (y + REACH).saturating_add_signed(-across.whole).saturating_sub(i);
+                &blurred[row.min(HEIGHT - 1) % RING]
+            };
+            let row = frame[y * WIDTH..][..WIDTH].as_flattened_mut();
+            let row: &mut [f32; ROW] = row.try_into().expect("a row's length");
+            weighed(row, &across.kernel, core::array::from_fn(from));
+            let mut noise = [0.0_f32; ROW];
+            for pixel in noise.chunks_exact_mut(3) {
+                let bits = rng.next_u64();
+                for (i, value) in pixel.iter_mut().enumerate() {
+                    *value = normals[(bits >> (NORMAL_BITS * i as u32)) as usize % NORMALS];
+                }
+            }
+            let gain = row_from(&gain[eye], y * ROW);
+            for ((channel, gain), noise) in row.iter_mut().zip(gain).zip(&noise) {
+                let level = (*channel * gain * *frame_light + noise).clamp(0.0, 255.0);
+                *channel = rounded(level).0 * (1.0 / 255.0);
+            }
         }
     }
+}
 
-    /// Blur `rows` across, moved down by so many pixels, back into `frame`.
-    fn blur_down(&self, shift_px: f64, frame: &mut Frame) {
-        let whole = libm::floor(shift_px);
-        let kernel = self.kernel((shift_px - whole) as f32);
-        let row = |y: isize| {
-            let y = y.clamp(0, HEIGHT as isize - 1) as usize;
-            row_from(&self.rows, y * ROW)
-        };
-        for (y, out) in (0..).zip(frame.chunks_exact_mut(WIDTH)) {
-            let out: &mut [f32; ROW] = out.as_flattened_mut().try_into().expect("a row's length");
-            let from = |i: usize| y - whole as isize + REACH as isize - i as isize;
-            weighed(out, &kernel, core::array::from_fn(|i| row(from(i))));
+impl Shift {
+    /// Blur a row along itself, moved to the right.
+    #[inline(always)]
+    fn blur_row(&self, row: &[Rgb], out: &mut [f32; ROW]) {
+        let mut kernel = self.kernel;
+        kernel.reverse();
+        // A pixel takes from those before it if the picture moves right.
+        let first = 3 * (MARGIN as isize - REACH as isize - 1 - self.whole) as usize;
+        let mut padded = [0.0_f32; ROW + 6 * MARGIN];
+        padded[3 * MARGIN..3 * MARGIN + ROW].copy_from_slice(row.as_flattened());
+        for i in 0..3 * MARGIN {
+            padded[i] = row[0][i % 3];
+            padded[3 * MARGIN + ROW + i] = row[WIDTH - 1][i % 3];
         }
+        weighed(out, &kernel, core::array::from_fn(|i| row_from(&padded, first + 3 * i)));
     }
 }
 

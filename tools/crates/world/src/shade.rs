@@ -40,20 +40,24 @@ impl BallColour {
 }
 
 /// Dot product.
+#[inline(always)]
 pub fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// A colour, so many times as bright.
+#[inline(always)]
 pub fn scale(colour: Rgb, factor: f32) -> Rgb {
     colour.map(|channel| channel * factor)
 }
 
+#[inline(always)]
 fn mix(a: Rgb, b: Rgb, share_of_b: f32) -> Rgb {
     [0, 1, 2].map(|i| a[i] + (b[i] - a[i]) * share_of_b)
 }
 
 /// Number of the cell of a grid nearest to `v`, which lies within +-2^21 cells: `v` counts cells.
+#[inline(always)]
 fn cell(v: f32) -> i32 {
     // From 2^23 on a float has no fraction; half of that again keeps negative values there, too.
     // Quicker than a conversion, and the compiler does it for many pixels at once.
@@ -61,6 +65,7 @@ fn cell(v: f32) -> i32 {
 }
 
 /// A fixed random number in -1..1 for a cell of a grid: grain of floor, walls and felt.
+#[inline(always)]
 fn grain(x: i32, y: i32, z: i32) -> f32 {
     let mut h = (x as u32).wrapping_mul(0x9E37_79B1)
         ^ (y as u32).wrapping_mul(0x85EB_CA77)
@@ -145,6 +150,7 @@ pub fn floor_grain(spot: &Spot) -> f32 {
 }
 
 /// Light falls a little unevenly on the floor.
+#[inline(always)]
 fn floor_light([x, y]: [f32; 2]) -> f32 {
     const PER_X: f32 = 0.06 / p::HALF_LENGTH_MM as f32;
     const PER_Y: f32 = -0.05 / p::HALF_WIDTH_MM as f32;
@@ -152,12 +158,14 @@ fn floor_light([x, y]: [f32; 2]) -> f32 {
 }
 
 /// The boards, before light falls on them.
+#[inline(always)]
 fn wood([x, y]: [f32; 2], grain_strength: f32) -> f32 {
     const CELLS: f32 = 1.0 / FLOOR_GRAIN_MM;
     1.0 + grain_strength * grain(cell(x * CELLS), cell(y * CELLS), 0)
 }
 
 /// Colour of the floor where there is neither line nor shadow.
+#[inline(always)]
 pub fn boards(at: [f32; 2], grain_strength: f32) -> Rgb {
     scale(FLOOR, wood(at, grain_strength) * floor_light(at))
 }
@@ -214,6 +222,7 @@ pub fn shadow([x, y]: [f32; 2], centre: [f32; 2], radius: f32, dark: f32) -> f32
 
 /// Grey walls, each lit a little differently: at `along` mm along the wall and `z` mm above the floor;
 /// `pixel_mm` is what a pixel covers there.
+#[inline(always)]
 pub fn wall(wall: usize, along: f32, z: f32, pixel_mm: f32) -> Rgb {
     const LIGHT: [f32; 8] = [1.0, 0.98, 1.12, 0.96, 1.05, 1.03, 0.97, 0.95];
     const GRAIN_MM: f32 = 3.0;
@@ -249,6 +258,7 @@ pub fn goal(face: GoalFace) -> Rgb {
 }
 
 /// Panels in the room: 0 = none, a plain wall.
+#[inline(always)]
 pub fn room_panel(along_mm: f32, z_mm: f32) -> u8 {
     const EVERY_MM: f32 = 760.0;
     // Towards zero of something positive: as good as floor() and much quicker.
@@ -260,6 +270,7 @@ pub fn room_panel(along_mm: f32, z_mm: f32) -> u8 {
 }
 
 /// The room beyond the walls.
+#[inline(always)]
 pub fn room(panel: u8, z_mm: f32) -> Rgb {
     let light = 0.85 + 0.15 * (z_mm / 500.0).min(1.0);
     match panel {
