@@ -22,9 +22,6 @@ use crate::tally::Tally;
 
 /// Physics advances so far at a time.
 const TICK: Ps = world::TICK;
-/// From switching the robots on to the starting signal: their FPGAs are up by then, and so are their
-/// programs, whose loader checks them at 3 ms a KiB.
-const KICK_OFF: Ps = 400 * MS;
 /// Which of the world's robots is ours, and which the other.
 const OURS: usize = 0;
 const OTHER: usize = 1;
@@ -172,8 +169,8 @@ pub struct Game {
 }
 
 impl Game {
-    /// A match by the league's rules. Builds the robots, switches them on, and lets the host at their
-    /// USB sockets ask how their FPGAs are.
+    /// A match by the league's rules. Builds the robots, switches them on, lets the host at their USB
+    /// sockets ask how their FPGAs are, and waits until their consoles say that they are ready.
     ///
     /// # Errors
     /// If an image is unusable. An FPGA that does not come up is no error: the match is played.
@@ -186,14 +183,17 @@ impl Game {
             materials: setup.materials,
         });
         let mut ours = FirmwarePlayer::new(&setup.images, world.battery(OURS))?;
+        ours.wait_until_ready();
         let mut other = match setup.other {
             Other::Program(kind) => OtherPlayer::Program(Box::new(Opponent::new(kind, setup.seed))),
             Other::Firmware(images) => {
-                OtherPlayer::Firmware(Box::new(FirmwarePlayer::new(&images, world.battery(OTHER))?))
+                let mut robot = FirmwarePlayer::new(&images, world.battery(OTHER))?;
+                robot.wait_until_ready();
+                OtherPlayer::Firmware(Box::new(robot))
             }
         };
         let other_now = other.player().now().unwrap_or(0);
-        let start = ours.robot().now().max(other_now).max(KICK_OFF).next_multiple_of(TICK);
+        let start = ours.robot().now().max(other_now).next_multiple_of(TICK);
         ours.open_eyes(start);
         if let OtherPlayer::Firmware(robot) = &mut other {
             robot.open_eyes(start + OTHER_EYES_LATER);

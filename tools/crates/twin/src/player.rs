@@ -20,6 +20,12 @@ use crate::tally::Tally;
 const INFRARED_TICKS: u64 = 20;
 /// Exposures and writes to the motors are remembered for so long, to find out what led to what.
 const MEMORY: Ps = 200 * MS;
+/// What the base's program says when it listens, and when it has begun to play.
+const READY: &str = "ready;";
+const STARTED: &str = "ok: playing";
+/// A handler waits so long for the former, and for the latter before typing again.
+const READY_BUDGET: Ps = 1000 * MS;
+const ANSWER_TICKS: u64 = 500;
 /// Latencies are measured from so long after a start on: the console's line has arrived.
 const SETTLED_TICKS: u64 = 100;
 
@@ -115,6 +121,10 @@ pub struct FirmwarePlayer {
     ticks: u64,
     /// Ticks since it was started; None while it is stopped.
     playing: Option<u64>,
+    /// The base has said that it listens.
+    ready: bool,
+    /// The line that starts it and when it is typed again, until the base answers.
+    unanswered: Option<(String, u64)>,
     belief: Option<Reader>,
     tally: Tally,
     /// Middles of exposures, with the times that their reports bear.
@@ -150,6 +160,8 @@ impl FirmwarePlayer {
             telling: None,
             ticks: 0,
             playing: None,
+            ready: false,
+            unanswered: None,
             belief: Reader::new(&images.khepera),
             tally: Tally::default(),
             exposures: Vec::new(),
@@ -160,6 +172,15 @@ impl FirmwarePlayer {
             line: String::new(),
             lines: Vec::new(),
         })
+    }
+
+    /// Run until the base says that it listens. One that does not is started all the same.
+    pub fn wait_until_ready(&mut self) {
+        let end = self.robot.now() + READY_BUDGET;
+        while self.robot.now() < end && !self.ready {
+            self.robot.run_until(self.robot.now() + MS);
+            self.collect_serial();
+        }
     }
 
     /// The cameras expose for the first time at `start`.
@@ -217,12 +238,31 @@ impl FirmwarePlayer {
         self.robot.base.serial_send(b"\r\n");
     }
 
+    /// Type the line that starts it again if the base does not answer: characters may be lost.
+    fn insist(&mut self) {
+        if let Some((line, _)) = self.unanswered.take_if(|(_, again)| self.ticks >= *again) {
+            self.start_by(line);
+        }
+    }
+
+    fn start_by(&mut self, line: String) {
+        self.type_line(&line);
+        self.unanswered = Some((line, self.ticks + ANSWER_TICKS));
+    }
+
     fn collect_serial(&mut self) {
         for (time, byte) in self.robot.base.serial_take() {
             self.said.extend(time.to_be_bytes());
             self.said.push(byte);
             match byte {
-                b'\n' => self.lines.push(std::mem::take(&mut self.line)),
+                b'\n' => {
+                    let line = std::mem::take(&mut self.line);
+                    self.ready |= line.contains(READY);
+                    if line.starts_with(STARTED) {
+                        self.unanswered = None;
+                    }
+                    self.lines.push(line);
+                }
                 b'\r' => {}
                 _ => self.line.push(char::from(byte)),
             }
@@ -333,11 +373,13 @@ impl Player for FirmwarePlayer {
             self.load_at_start = Some(self.robot.base.load());
         }
         self.playing = Some(0);
-        self.type_line(&format!("start {}", heading_deg.round() as i32));
+        self.start_by(format!("start {}", heading_deg.round() as i32));
     }
 
     fn stop(&mut self) {
         self.playing = None;
+        self.unanswered = None;
+        self.tally.rest();
         self.on_the_way.clear();
         self.type_line("stop");
     }
@@ -355,6 +397,7 @@ impl Player for FirmwarePlayer {
             self.examine(world, side);
         }
         self.collect_serial();
+        self.insist();
         wheels
     }
 

@@ -12,12 +12,13 @@ use crate::belief::Belief;
 const COLUMN_SLACK_PX: f64 = 6.0;
 /// A belief is compared while its object is visible and was seen so recently: a report takes that long.
 const FRESH_TICKS: i32 = 12;
-/// Wheels that are driven this hard ...
+/// A robot whose wheels are driven this hard ...
 const DRIVEN_DUTY: f64 = 0.08;
-/// ... while the robot is slower than this and has been for so long: it is stuck.
+/// ... and that stays slower than this for so long is stuck, until it moves. A free one is faster
+/// within 20 ms; the base's motion control gives up after 160 ms, and stands with its motors off.
 const STANDS_MM_S: f64 = 8.0;
 const STANDS_RAD_S: f64 = 0.2;
-const STUCK_MS: u32 = 300;
+const STUCK_MS: u32 = 100;
 
 /// How often an object was there to be found, and was.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -123,7 +124,7 @@ pub struct Tally {
     pub exposure_to_pwm_ms: Samples,
     /// Milliseconds from the attention line to that write.
     pub report_to_pwm_ms: Samples,
-    /// Milliseconds in which the motors were driven and the robot stood.
+    /// Milliseconds in which the robot was stuck: driven without moving, or standing after that.
     pub stuck_ms: u32,
     standing_ms: u32,
     belief_ticks: i32,
@@ -186,7 +187,8 @@ impl Tally {
     /// A millisecond: the harder driven motor's duty, and how the robot moves.
     pub fn move_on(&mut self, duty: f64, (mm_s, rad_s): (f64, f64)) {
         let stands = mm_s < STANDS_MM_S && rad_s.abs() < STANDS_RAD_S;
-        if duty < DRIVEN_DUTY || !stands {
+        let stuck = self.standing_ms >= STUCK_MS;
+        if !stands || (duty < DRIVEN_DUTY && !stuck) {
             self.standing_ms = 0;
             return;
         }
@@ -196,6 +198,11 @@ impl Tally {
             STUCK_MS => STUCK_MS,
             _ => 1,
         };
+    }
+
+    /// The robot is stopped, and may be put elsewhere.
+    pub fn rest(&mut self) {
+        self.standing_ms = 0;
     }
 }
 
@@ -215,18 +222,36 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_pushes_against_a_wall_is_stuck_after_a_while() {
+    fn a_robot_that_is_driven_and_does_not_move_is_stuck_until_it_does() {
         let mut tally = Tally::default();
-        for _ in 0..299 {
+        for _ in 0..99 {
             tally.move_on(0.3, (1.0, 0.0));
         }
         assert_eq!(tally.stuck_ms, 0);
         tally.move_on(0.3, (1.0, 0.0));
-        assert_eq!(tally.stuck_ms, 300);
-        tally.move_on(0.3, (1.0, 0.0));
+        assert_eq!(tally.stuck_ms, 100);
+        // Motion control has given up.
+        tally.move_on(0.0, (0.0, 0.0));
+        assert_eq!(tally.stuck_ms, 101);
         tally.move_on(0.3, (50.0, 0.0));
         tally.move_on(0.3, (1.0, 0.0));
-        assert_eq!(tally.stuck_ms, 301);
+        assert_eq!(tally.stuck_ms, 101);
+    }
+
+    #[test]
+    fn a_robot_that_stands_because_nothing_drives_it_is_not_stuck() {
+        let mut tally = Tally::default();
+        for _ in 0..1000 {
+            tally.move_on(0.0, (0.0, 0.0));
+        }
+        for _ in 0..60 {
+            tally.move_on(0.3, (1.0, 0.0));
+        }
+        tally.rest();
+        for _ in 0..60 {
+            tally.move_on(0.3, (1.0, 0.0));
+        }
+        assert_eq!(tally.stuck_ms, 0);
     }
 
     #[test]

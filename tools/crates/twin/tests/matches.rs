@@ -9,6 +9,7 @@ use std::sync::{Mutex, OnceLock};
 use std::{fs, thread};
 
 use fx2::host::Link;
+use khepera::WheelFault;
 use sim::{MS, Ps, SECOND, TraceHash};
 use twin::game::{BallColour, Eyes, Format, Game, Materials, Noise, Other, Setup, Summary};
 use twin::robot::{Images, Robot};
@@ -253,4 +254,40 @@ fn after_each_half_ends_are_changed_and_the_robot_is_started_anew() {
     // Latencies and beliefs have been measured on the way.
     let tally = game.summary().tally;
     assert!(tally.report_to_pwm_ms.len() > 50 && tally.ball_errors.range_percent.len() > 20);
+}
+
+#[test]
+fn a_base_that_misses_its_starting_signal_gets_it_again() {
+    let mut game = Game::new(setup(2)).expect("the images are good");
+    while game.events().is_empty() {
+        game.run_for(MS);
+    }
+    // The line is on its way: a reset loses it, and what it has begun.
+    game.ours_mut().robot_mut().base.reset();
+    game.run_for(2 * SECOND);
+    let lines = game.take_serial_lines();
+    let ready = lines.iter().filter(|line| line.contains("ready;")).count();
+    let started = lines.iter().filter(|line| line.starts_with("ok: playing")).count();
+    assert_eq!([ready, started], [2, 1], "{lines:?}");
+}
+
+#[test]
+fn a_robot_whose_wheels_are_blocked_is_stuck_as_long_as_that() {
+    let mut game = Game::new(setup(3)).expect("the images are good");
+    game.run_for(SECOND);
+    assert_eq!(game.summary().tally.stuck_ms, 0, "it moves freely");
+    let block = |game: &mut Game, fault| {
+        for wheel in 0..2 {
+            game.ours_mut().robot_mut().base.set_wheel_fault(wheel, fault);
+        }
+    };
+    block(&mut game, WheelFault::Stalled);
+    game.run_for(2 * SECOND);
+    // Not while it has no wish to drive.
+    let stuck_ms = game.summary().tally.stuck_ms;
+    assert!((1000..=2000).contains(&stuck_ms), "{stuck_ms} ms of 2000");
+    block(&mut game, WheelFault::None);
+    game.run_for(SECOND);
+    let later_ms = game.summary().tally.stuck_ms;
+    assert!(later_ms < stuck_ms + 600, "{stuck_ms} ms, then {later_ms} ms");
 }
