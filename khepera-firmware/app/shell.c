@@ -14,6 +14,8 @@ static const struct {
     words_t words; /* what its arguments are completed from */
 } commands[] = {
     {"help", "[NAME]", "this list; of a command or parameter", shell_help, WORDS_COMMANDS},
+    {"words", "[LINE]", "what may follow LINE, for programs that complete", shell_words,
+     WORDS_COMMANDS},
     {"status", "", "state, pose, ball, turret, battery, faults", shell_status, WORDS_NONE},
     {"version", "", "build, protocol, board", shell_version, WORDS_NONE},
     {"start", "HEADING",
@@ -50,7 +52,9 @@ static const struct {
     {"loader", "", "reset the base into its loader", shell_loader, WORDS_NONE},
 };
 
-#define COUNT (sizeof commands / sizeof commands[0])
+#define COUNT        (sizeof commands / sizeof commands[0])
+/* Names in a line of `words`: they fit whatever they are. */
+#define WORDS_A_LINE 6u
 
 int shell_no_arguments(const robot_t *robot, const char *arguments)
 {
@@ -151,4 +155,31 @@ const char *shell_candidate(void *context, const char *line, unsigned word, unsi
         break;
     }
     return NULL;
+}
+
+static int list_words(robot_t *robot, uint16_t index)
+{
+    const char *line = robot->list_argument;
+    unsigned first = index * WORDS_A_LINE;
+    unsigned i;
+
+    if (shell_candidate(robot, line, *line != '\0', first) == NULL) {
+        robot_print(robot, "ok: words\r\n");
+        return 0;
+    }
+    robot_print(robot, "words:");
+    for (i = first; i < first + WORDS_A_LINE; i++) {
+        const char *name = shell_candidate(robot, line, *line != '\0', i);
+
+        if (name == NULL)
+            break;
+        robot_print(robot, " %s", name);
+    }
+    robot_print(robot, "\r\n");
+    return 1;
+}
+
+void shell_words(robot_t *robot, const char *arguments)
+{
+    robot_list(robot, list_words, arguments);
 }

@@ -6,6 +6,7 @@
 
 /* shell.c */
 void shell_help(robot_t *robot, const char *arguments);
+void shell_words(robot_t *robot, const char *arguments);
 /* "error: CAUSE; CURE" for a command that takes nothing. Returns 1 if `arguments` is empty. */
 int shell_no_arguments(const robot_t *robot, const char *arguments);
 

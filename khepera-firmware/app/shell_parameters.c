@@ -19,13 +19,19 @@ static void take_name(const char **arguments, char name[NAME_SIZE])
     *arguments = text_skip_blanks(text);
 }
 
+/* What stands between a value and its unit: some have none. */
+static const char *gap(const parameter_t *parameter)
+{
+    return *parameter->unit == '\0' ? "" : " ";
+}
+
 void shell_print_parameter(const robot_t *robot, uint16_t index)
 {
     const parameter_t *parameter = parameter_at(index);
 
-    robot_print(robot, "%s = %d %s (%d..%d, default %d) %s\r\n", parameter->name,
-                parameter_get(&robot->parameters, index), parameter->unit, parameter->min,
-                parameter->max, parameter->initial, parameter->text);
+    robot_print(robot, "%s = %d%s%s (%d..%d, default %d) %s\r\n", parameter->name,
+                parameter_get(&robot->parameters, index), gap(parameter), parameter->unit,
+                parameter->min, parameter->max, parameter->initial, parameter->text);
 }
 
 static void no_such(const robot_t *robot, const char *name)
@@ -70,16 +76,17 @@ void shell_set(robot_t *robot, const char *arguments)
     }
     parameter = parameter_at(index);
     if (!text_number(&arguments, &value) || *arguments != '\0') {
-        robot_print(robot, "error: %s needs one whole number; give %d..%d %s\r\n", name,
-                    parameter->min, parameter->max, parameter->unit);
+        robot_print(robot, "error: %s needs one whole number; give %d..%d%s%s\r\n", name,
+                    parameter->min, parameter->max, gap(parameter), parameter->unit);
         return;
     }
     if (!parameter_set(&robot->parameters, index, value)) {
-        robot_print(robot, "error: %d is out of range; give %d..%d %s (%s)\r\n", value,
-                    parameter->min, parameter->max, parameter->unit, parameter->text);
+        robot_print(robot, "error: %d is out of range; give %d..%d%s%s (%s)\r\n", value,
+                    parameter->min, parameter->max, gap(parameter), parameter->unit,
+                    parameter->text);
         return;
     }
-    robot_print(robot, "ok: %s = %d %s\r\n", name, value, parameter->unit);
+    robot_print(robot, "ok: %s = %d%s%s\r\n", name, value, gap(parameter), parameter->unit);
 }
 
 void shell_save(robot_t *robot, const char *arguments)
@@ -119,8 +126,8 @@ void shell_defaults(robot_t *robot, const char *arguments)
         return;
     }
     (void)parameter_set(&robot->parameters, index, parameter_at(index)->initial);
-    robot_print(robot, "ok: %s = %d %s\r\n", name, parameter_at(index)->initial,
-                parameter_at(index)->unit);
+    robot_print(robot, "ok: %s = %d%s%s\r\n", name, parameter_at(index)->initial,
+                gap(parameter_at(index)), parameter_at(index)->unit);
 }
 
 static int is_changed(const robot_t *robot, uint16_t index)

@@ -55,6 +55,17 @@ static void help_names_every_command_and_parameter(void)
     check_has("help nothing\n", "error: no command or parameter 'nothing'");
 }
 
+static void words_tells_what_may_follow(void)
+{
+    check_has("words\n", "words: help words status version start stop\r\nwords: estop ");
+    check_has("words\n", " loader\r\nok: words\r\n");
+    check_has("words get\n", " speed.kp ");
+    check_has("words stream left.speed_mm_s\n", "left.speed_mm_s");
+    check_has("words log\n", " debug\r\nok: words\r\n");
+    check("words stop\n", "ok: words\r\n");
+    check("words nonsense\n", "ok: words\r\n");
+}
+
 static void parameters_are_listed_set_and_put_back(void)
 {
     check_has("get\n", "soccer.push_mm_s = ");
@@ -223,6 +234,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(help_names_every_command_and_parameter);
+    RUN_TEST(words_tells_what_may_follow);
     RUN_TEST(parameters_are_listed_set_and_put_back);
     RUN_TEST(estop_holds_whatever_comes_until_clear);
     RUN_TEST(streams_come_at_their_rate);

@@ -32,10 +32,15 @@ pub trait Line {
 
 /// A serial port of this machine, or the pseudo-terminal of a twin.
 pub struct SerialLine {
+    name: String,
     port: TTYPort,
     opened: Instant,
 }
 
+// Linux' numbers: no such device (any more).
+const EIO: i32 = 5;
+const ENXIO: i32 = 6;
+const ENODEV: i32 = 19;
 /// What is read at a time.
 const BUFFER: usize = 4096;
 
@@ -61,7 +66,7 @@ impl SerialLine {
         // Whoever had the line before may have left it otherwise.
         let _ = port.set_flow_control(FlowControl::None);
         let _ = port.clear(ClearBuffer::Input);
-        Ok(Self { port, opened: Instant::now() })
+        Ok(Self { name, port, opened: Instant::now() })
     }
 
     /// Obey XON and XOFF, or take them for characters as the loader's frames want it (as when opened).
@@ -79,7 +84,21 @@ impl SerialLine {
     /// What the system says.
     pub fn try_clone(&self) -> io::Result<Self> {
         let port = self.port.try_clone_native().map_err(io::Error::from)?;
-        Ok(Self { port, opened: self.opened })
+        Ok(Self { name: self.name.clone(), port, opened: self.opened })
+    }
+}
+
+impl SerialLine {
+    /// What the system says when the other end goes, in words that tell what that means.
+    fn or_closed(&self, error: io::Error) -> io::Error {
+        // EIO and ENXIO have no kind of their own.
+        let gone = error.kind() == io::ErrorKind::BrokenPipe
+            || error.raw_os_error().is_some_and(|code| [EIO, ENXIO, ENODEV].contains(&code));
+        if !gone {
+            return error;
+        }
+        let text = format!("{} was closed; was the cable pulled, or did the twin end?", self.name);
+        io::Error::new(io::ErrorKind::BrokenPipe, text)
     }
 }
 
@@ -128,8 +147,8 @@ impl Line for SerialLine {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         use std::io::Write;
         self.port.set_timeout(Duration::from_secs(10)).map_err(io::Error::from)?;
-        self.port.write_all(bytes)?;
-        self.port.flush()
+        let sent = self.port.write_all(bytes).and_then(|()| self.port.flush());
+        sent.map_err(|error| self.or_closed(error))
     }
 
     fn receive(&mut self, limit: Duration) -> io::Result<Vec<u8>> {
@@ -140,15 +159,13 @@ impl Line for SerialLine {
             let left = end.saturating_duration_since(Instant::now()).max(Duration::from_millis(1));
             self.port.set_timeout(left).map_err(io::Error::from)?;
             match self.port.read(&mut buffer) {
-                Ok(0) => {
-                    return Err(io::Error::new(io::ErrorKind::BrokenPipe, "the line was closed"));
-                }
+                Ok(0) => return Err(self.or_closed(io::ErrorKind::BrokenPipe.into())),
                 Ok(count) => {
                     buffer.truncate(count);
                     return Ok(buffer);
                 }
                 Err(error) if is_nothing(&error) => {}
-                Err(error) => return Err(error),
+                Err(error) => return Err(self.or_closed(error)),
             }
             if Instant::now() >= end {
                 return Ok(Vec::new());

@@ -94,7 +94,7 @@ impl Frame {
 
 /// Start bit, `data_bits` data bits, stop bit.
 fn framed(data: u16, data_bits: u64) -> u16 {
-    (1 << (data_bits + 1)) | (data & ((1 << data_bits) - 1)) << 1
+    (1 << (data_bits + 1)) | ((data & ((1 << data_bits) - 1)) << 1)
 }
 
 /// What the host sends.
@@ -395,7 +395,7 @@ impl Sci {
         let top = 1 << (data_bits - 1);
         let data = match self.parity() {
             None => self.tdr,
-            Some(parity) => self.tdr & (top - 1) | parity.bit(self.tdr & (top - 1)) * top,
+            Some(parity) => (self.tdr & (top - 1)) | (parity.bit(self.tdr & (top - 1)) * top),
         };
         if self.start_frame(clk, framed(data, data_bits)) {
             self.status |= sr::TDRE;
@@ -436,7 +436,7 @@ impl Sci {
         (0..bits).fold((0, noise), |(levels, noise), n| {
             let high = |&&k: &&u64| self.wire.level(start + (16 * n + k) * rt);
             let votes = BIT_SAMPLES.iter().filter(high).count();
-            (levels | u16::from(votes >= 2) << n, noise || votes % 3 != 0)
+            (levels | (u16::from(votes >= 2) << n), noise || votes % 3 != 0)
         })
     }
 
@@ -464,7 +464,7 @@ impl Sci {
             self.status |= sr::OR;
             return;
         }
-        let data = levels >> 1 & ((1 << (bits - 2)) - 1);
+        let data = (levels >> 1) & ((1 << (bits - 2)) - 1);
         let wrong_parity = self.parity().is_some_and(|parity| {
             let top = bits - 3;
             data >> top != parity.bit(data & ((1 << top) - 1))

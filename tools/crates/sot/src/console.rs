@@ -1,28 +1,24 @@
 //! `sot console`: the base's serial console.
 
+use std::env;
 use std::io::{BufRead, IsTerminal, Write};
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
 use std::time::{Duration, Instant};
-use std::{env, fs};
 
 use anyhow::{Context, Result, bail};
 use base_link::{Line, SerialLine};
 use common_sys::constants as c;
-use rustyline::error::ReadlineError;
-use rustyline::{DefaultEditor, ExternalPrinter};
 
 use crate::console_lines::{Said, Splitter, streamed_names};
-use crate::console_plot;
 use crate::interrupt::{self, Interrupted};
 use crate::output::Usage;
 use crate::robot_args::RobotArgs;
+use crate::{console_plot, console_terminal};
 
 /// Talk to the base over its serial line
 ///
-/// On a terminal: lines with editing and history, what the base says in colours. Otherwise, or with
-/// COMMAND: each line is sent and the lines of its answer are printed before the next one is sent. The
+/// On a terminal: lines with editing, history and completion (Tab), what the base says in colours.
+/// Otherwise, or with COMMAND: each line is sent and the lines of its answer are printed before the next one is sent. The
 /// base itself is left in its raw mode, without echo and prompt. K-Team's commands work as well.
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -63,8 +59,10 @@ pub struct ConsoleArgs {
 
 /// An answer is over when so long nothing of it came.
 const QUIET: Duration = Duration::from_millis(120);
-const SLICE: Duration = Duration::from_millis(20);
-const HISTORY_MAX: usize = 1000;
+pub const SLICE: Duration = Duration::from_millis(20);
+/// Ends what `stream` began, and how its answer begins.
+pub const STREAM_OFF: &[u8] = b"stream off\r\n";
+pub const STREAM_ENDED: &str = "ok: stream off";
 
 fn parse_wait(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -93,7 +91,8 @@ pub fn run(args: &ConsoleArgs) -> Result<()> {
         return plot(&mut line, variables, args);
     }
     if args.commands.is_empty() && terminal {
-        return interactive(line, args);
+        let patience = Duration::from_secs_f64(args.timeout);
+        return console_terminal::run(line, &path, args.baud, patience, Output::new(args.json));
     }
     let stop = interrupt::watch();
     let mut talk = Talk::new(&mut line, args, stop);
@@ -176,17 +175,9 @@ impl<'a> Talk<'a> {
         Ok(())
     }
 
-    /// Whoever comes next shall not find variables streaming, nor the answer to our ending them.
     fn silence(&mut self) {
-        if !self.streaming || self.line.send(b"stream off\r\n").is_err() {
-            return;
-        }
-        let started = Instant::now();
-        while started.elapsed() < self.patience {
-            let Ok(bytes) = self.line.receive(SLICE) else { return };
-            if self.splitter.take(&bytes).iter().any(|text| text.starts_with("ok: stream off")) {
-                return;
-            }
+        if self.streaming {
+            end_stream(self.line, &mut self.splitter, self.patience);
         }
     }
 
@@ -206,10 +197,26 @@ impl<'a> Talk<'a> {
     }
 }
 
+/// Whoever comes next shall not find variables streaming, nor the answer to our ending them. If the line
+/// is gone there is nothing to end.
+fn end_stream(line: &mut dyn Line, splitter: &mut Splitter, patience: Duration) {
+    if line.send(STREAM_OFF).is_err() {
+        return;
+    }
+    let started = Instant::now();
+    while started.elapsed() < patience {
+        let Ok(bytes) = line.receive(SLICE) else { return };
+        if splitter.take(&bytes).iter().any(|text| text.starts_with(STREAM_ENDED)) {
+            return;
+        }
+    }
+}
+
 /// How lines are shown.
-struct Output {
+pub struct Output {
     json: bool,
-    colours: bool,
+    /// Whether the terminal is to show colours.
+    pub colours: bool,
     started: Instant,
     names: Vec<String>,
 }
@@ -220,7 +227,8 @@ impl Output {
         Self { json, colours, started: Instant::now(), names: vec![] }
     }
 
-    fn render(&mut self, text: &str) -> (String, Said) {
+    /// A line as it is shown, and what it is.
+    pub fn render(&mut self, text: &str) -> (String, Said) {
         if let Some(names) = streamed_names(text) {
             self.names = names;
         }
@@ -260,61 +268,7 @@ fn plot(line: &mut SerialLine, variables: &str, args: &ConsoleArgs) -> Result<()
         }
     }
     let names = names.context("the base does not answer; is the line's rate right (--baud)?")?;
-    let result = console_plot::run(line, &names, stop);
-    line.send(b"stream off\r\n")?;
-    result
-}
-
-/// Where typed lines are kept, if there is a home for them.
-fn history_file() -> Option<PathBuf> {
-    let state =
-        env::var_os("XDG_STATE_HOME").filter(|folder| !folder.is_empty()).map(PathBuf::from);
-    let state = state.or_else(|| Some(PathBuf::from(env::var_os("HOME")?).join(".local/state")))?;
-    let folder = state.join("stereosot");
-    fs::create_dir_all(&folder).ok()?;
-    Some(folder.join("console_history"))
-}
-
-/// A person at a terminal.
-fn interactive(mut line: SerialLine, args: &ConsoleArgs) -> Result<()> {
-    let settings = rustyline::Config::builder().max_history_size(HISTORY_MAX)?.build();
-    let mut editor = DefaultEditor::with_config(settings).context("cannot use the terminal")?;
-    let history = history_file();
-    if let Some(file) = &history {
-        // The first time there is none.
-        let _ = editor.load_history(file);
-    }
-    let mut printer = editor.create_external_printer().context("cannot use the terminal")?;
-    let mut reader = line.try_clone()?;
-    let mut output = Output::new(args.json);
-    // Ends with the program: it only waits for the line.
-    thread::spawn(move || {
-        let mut splitter = Splitter::default();
-        while let Ok(bytes) = reader.receive(SLICE) {
-            for text in splitter.take(&bytes) {
-                let (shown, _) = output.render(&text);
-                if printer.print(format!("{shown}\n")).is_err() {
-                    return;
-                }
-            }
-        }
-        let _ = printer.print("sot: the line was closed; Ctrl-D ends\n".to_owned());
-    });
-    let result = loop {
-        match editor.readline("") {
-            Ok(text) => {
-                if !text.trim().is_empty() {
-                    editor.add_history_entry(text.as_str())?;
-                }
-                line.send(format!("{}\r\n", text.trim_end()).as_bytes())?;
-            }
-            Err(ReadlineError::Eof) => break Ok(()),
-            Err(ReadlineError::Interrupted) => break Err(Interrupted.into()),
-            Err(error) => break Err(error.into()),
-        }
-    };
-    if let Some(file) = &history {
-        editor.save_history(file).with_context(|| format!("cannot write {}", file.display()))?;
-    }
+    let result = console_plot::run(line, &mut splitter, &names, stop);
+    end_stream(line, &mut splitter, patience);
     result
 }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use base_link::Line;
@@ -15,6 +15,7 @@ use ratatui::text::{Line as Text, Span};
 use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType};
 
 use crate::console_lines::{Said, Splitter};
+use crate::interrupt::Interrupted;
 
 /// Seconds that a plot shows.
 const WINDOW_S: f64 = 10.0;
@@ -22,6 +23,9 @@ const COLOURS: [Color; 6] =
     [Color::Cyan, Color::Yellow, Color::Green, Color::Magenta, Color::Red, Color::Blue];
 /// How often the picture is drawn at most.
 const REFRESH: Duration = Duration::from_millis(50);
+
+/// Without a character for so long the picture says so.
+const SILENCE: Duration = Duration::from_secs(2);
 
 /// One variable's last seconds.
 #[derive(Default)]
@@ -37,13 +41,15 @@ pub struct Plot {
     now: f64,
     /// Last line that was no values.
     message: String,
+    /// Nothing has come for a while.
+    silent: bool,
 }
 
 impl Plot {
     /// An empty plot of these variables.
     pub fn new(names: &[String]) -> Self {
         let tracks = names.iter().map(|_| Track::default()).collect();
-        Self { names: names.to_vec(), tracks, now: 0.0, message: String::new() }
+        Self { names: names.to_vec(), tracks, now: 0.0, message: String::new(), silent: false }
     }
 
     /// The next line of the base.
@@ -106,33 +112,63 @@ impl Plot {
             let value = track.points.back().map_or("-".to_owned(), |(_, v)| v.to_string());
             spans.push(Span::styled(format!(" {name} {value} "), colour(n)));
         }
-        spans.push(Span::raw(format!("  {}", self.message)));
+        if self.silent {
+            let warning = Style::default().fg(Color::Red);
+            spans.push(Span::styled("  nothing comes: is the base switched on?", warning));
+        } else {
+            spans.push(Span::raw(format!("  {}", self.message)));
+        }
         frame.render_widget(Text::from(spans), legend);
     }
 }
 
-fn wants_to_end() -> Result<bool> {
+/// What a key asks for.
+enum Key {
+    End,
+    Interrupt,
+}
+
+fn key() -> Result<Option<Key>> {
     if !event::poll(Duration::ZERO)? {
-        return Ok(false);
+        return Ok(None);
     }
-    let Event::Key(key) = event::read()? else { return Ok(false) };
-    let control_c = key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);
-    Ok(control_c || matches!(key.code, KeyCode::Char('q') | KeyCode::Esc))
+    let Event::Key(key) = event::read()? else { return Ok(None) };
+    Ok(match key.code {
+        KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => Some(Key::Interrupt),
+        KeyCode::Char('q' | 'Q') | KeyCode::Esc => Some(Key::End),
+        _ => None,
+    })
 }
 
 /// Plot until somebody types q.
-pub fn run(line: &mut dyn Line, names: &[String], stop: &AtomicBool) -> Result<()> {
+///
+/// # Errors
+/// [`Interrupted`] after Ctrl-C; if the line is closed; if the terminal cannot be drawn on.
+pub fn run(
+    line: &mut dyn Line,
+    splitter: &mut Splitter,
+    names: &[String],
+    stop: &AtomicBool,
+) -> Result<()> {
     let mut terminal = ratatui::try_init().context("the terminal cannot be drawn on")?;
     let result = (|| {
         let mut plot = Plot::new(names);
-        let mut splitter = Splitter::default();
-        while !stop.load(Ordering::Relaxed) && !wants_to_end()? {
-            for text in splitter.take(&line.receive(REFRESH)?) {
-                plot.take(&text);
+        let mut heard = Instant::now();
+        loop {
+            match key()? {
+                Some(Key::End) => return Ok(()),
+                Some(Key::Interrupt) => return Err(Interrupted.into()),
+                None if stop.load(Ordering::Relaxed) => return Err(Interrupted.into()),
+                None => {}
             }
+            let bytes = line.receive(REFRESH)?;
+            if !bytes.is_empty() {
+                heard = Instant::now();
+            }
+            plot.silent = heard.elapsed() > SILENCE;
+            splitter.take(&bytes).iter().for_each(|text| plot.take(text));
             terminal.draw(|frame| plot.draw(frame))?;
         }
-        Ok(())
     })();
     ratatui::restore();
     result

@@ -6,6 +6,7 @@ mod camera_fault;
 mod console;
 mod console_lines;
 mod console_plot;
+mod console_terminal;
 mod desk;
 mod detect;
 mod disparity;

@@ -1,100 +1,17 @@
 //! The base as a user meets it: `sot twin khepera`, `sot console` and `sot flash khepera` as programs.
 
-use std::fs;
-use std::io::Read;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
-use std::thread::sleep;
-use std::time::{Duration, Instant};
+mod base_twin;
 
-use tempfile::TempDir;
+use std::fs;
+use std::process::Stdio;
+use std::thread::sleep;
+use std::time::Duration;
+
+use base_twin::{Twin, output, sot, text, told};
 
 const FAILED: i32 = 1;
 const USAGE: i32 = 2;
 const INTERRUPTED: i32 = 130;
-const FIRMWARE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../build/firmware");
-
-fn sot(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_sot"));
-    command
-        .args(arguments)
-        .current_dir(folder)
-        .env("STEREOSOT_FIRMWARE", FIRMWARE)
-        .env("XDG_RUNTIME_DIR", folder)
-        .stdin(Stdio::null());
-    command
-}
-
-fn output(folder: &Path, arguments: &[&str]) -> Output {
-    sot(folder, arguments).output().expect("sot was built")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// Standard output of a command that must end with 0.
-fn told(folder: &Path, arguments: &[&str]) -> String {
-    let output = output(folder, arguments);
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", text(&output.stderr));
-    text(&output.stdout)
-}
-
-/// A running twin and the folder that it is linked in.
-struct Twin {
-    folder: TempDir,
-    child: Child,
-}
-
-impl Twin {
-    fn start(arguments: &[&str]) -> Self {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let all = [&["twin", "khepera", "--pty", "tty"], arguments].concat();
-        let child = sot(folder.path(), &all)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("sot was built");
-        let twin = Self { folder, child };
-        twin.wait_for(|twin| twin.line().exists(), "the pseudo-terminal");
-        twin
-    }
-
-    fn path(&self) -> &Path {
-        self.folder.path()
-    }
-
-    fn line(&self) -> PathBuf {
-        self.path().join("tty")
-    }
-
-    fn wait_for(&self, condition: impl Fn(&Self) -> bool, what: &str) {
-        let started = Instant::now();
-        while !condition(self) {
-            assert!(started.elapsed() < Duration::from_secs(60), "no {what} within a minute");
-            sleep(Duration::from_millis(20));
-        }
-    }
-
-    /// Ctrl-C; exit code and standard output.
-    fn interrupt(mut self) -> (Option<i32>, String) {
-        let pid = self.child.id().to_string();
-        Command::new("kill").args(["-INT", &pid]).status().expect("kill is there");
-        let status = self.child.wait().expect("it was started");
-        let mut said = String::new();
-        let output = self.child.stdout.as_mut().expect("it is a pipe");
-        output.read_to_string(&mut said).expect("text");
-        assert!(fs::symlink_metadata(self.line()).is_err(), "the link goes with the twin");
-        (status.code(), said)
-    }
-}
-
-impl Drop for Twin {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
 
 /// S-records of a program for RAM that sends the letter A again and again.
 fn letters() -> String {
