@@ -15,6 +15,9 @@
 #define CAMERA_REG_AECH   0x10u /* exposure, bits 2..9, in rows */
 #define CAMERA_REG_COM7   0x12u /* format */
 #define CAMERA_REG_COM8   0x13u /* what the camera controls by itself */
+#define CAMERA_REG_AEW    0x24u /* automatic exposure: a mean above that is too bright */
+#define CAMERA_REG_AEB    0x25u /* below that too dark */
+#define CAMERA_REG_VPT    0x26u /* bits 4..7, 0..3: beyond these, sixteenths, it takes big steps */
 #define CAMERA_REG_COM15  0x40u /* coding of the pixels */
 #define CAMERA_REG_TEST_X 0x70u /* bit 7: bit 0 of the test pattern's number */
 #define CAMERA_REG_TEST_Y 0x71u /* bit 7: its bit 1 */

@@ -16,6 +16,7 @@
 #include "vision/dense_bm.h"
 #include "vision/dense_filter.h"
 #include "vision/depth.h"
+#include "vision/exposure.h"
 #include "vision/robot_eye.h"
 
 #include "fx2-firmware/board/turret.h"

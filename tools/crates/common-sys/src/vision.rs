@@ -68,6 +68,30 @@ pub fn detect(left: &[u16], right: &[u16], params: &EyeParams) -> Report {
     report
 }
 
+/// Whether both cameras' exposure is settled, as the FPGA sees it in their pictures.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ExposureWatch([ffi::exposure_watch_t; 2]);
+
+impl ExposureWatch {
+    /// Take a pair of frames of `WIDTH` * `HEIGHT` pixels. True while one of them is unsettled.
+    ///
+    /// # Panics
+    /// If a frame has another number of pixels.
+    pub fn is_unsettled(&mut self, left: &[u16], right: &[u16]) -> bool {
+        let mut unsettled = false;
+        for (watch, pixels) in self.0.iter_mut().zip([left, right]) {
+            assert_eq!(pixels.len(), WIDTH * HEIGHT, "a frame has {WIDTH}x{HEIGHT} pixels");
+            for row in pixels.chunks_exact(WIDTH) {
+                // SAFETY: `row` has WIDTH pixels. A watch of zeros is one that was reset.
+                unsafe { ffi::exposure_row(watch, row.as_ptr()) };
+            }
+            // SAFETY: as above.
+            unsettled |= unsafe { ffi::exposure_end(watch) } != 0;
+        }
+        unsettled
+    }
+}
+
 /// A frame of twice `WIDTH` by twice `HEIGHT` as the eye sees it: the mean of each four pixels.
 ///
 /// # Panics

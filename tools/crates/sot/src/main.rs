@@ -2,7 +2,6 @@
 
 mod bitstream;
 mod camera;
-mod camera_fault;
 mod console;
 mod console_lines;
 mod console_plot;
@@ -28,6 +27,7 @@ mod robot_args;
 mod snapshot;
 mod stream;
 mod twin;
+mod twin_eyes;
 mod twin_khepera;
 mod twin_robot;
 

@@ -458,6 +458,7 @@ fn info(args: &InfoArgs) -> Result<()> {
                 "file": args.file, "bytes": bytes, "streams": found.sessions,
                 "sizes": sizes.iter().map(|(w, h)| format!("{w}x{h}")).collect::<Vec<_>>(),
                 "pairs": found.pairs, "lost": found.lost, "reports": reports, "torn": found.torn,
+                "exposure_unsettled": found.unsettled,
                 "seconds": seconds, "ended": found.unended == 0, "index": index,
                 "registers": params.iter().map(|(from, params)| {
                     json!({ "from_pair": from, "values": params_as_json(params) })
@@ -471,6 +472,9 @@ fn info(args: &InfoArgs) -> Result<()> {
     println!("pairs      {} of {}", found.pairs, sizes.join(" and "));
     println!("lost       {}", found.lost);
     println!("reports    {reports}");
+    if found.unsettled > 0 {
+        println!("exposure   unsettled in {} pairs", found.unsettled);
+    }
     for (from, params) in &params {
         println!("registers  from pair {from} on: {}", unusual_params(params));
     }

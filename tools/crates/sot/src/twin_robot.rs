@@ -20,12 +20,12 @@ use twin::desk::Desk;
 use twin::flash;
 use twin::robot::{Images, Robot, boot_image};
 
-use crate::camera_fault::{self, CameraFault};
 use crate::interrupt::{self, Interrupted};
 use crate::output::Usage;
 use crate::play::{self, default_flash, read_image};
 use crate::pty::Pty;
 use crate::twin::{BusSpeed, parse_address, parse_seconds, read_limited, serve};
+use crate::twin_eyes::{self, CameraFault, Lamps};
 use crate::twin_khepera::Line;
 
 /// A whole robot: turret, base, and a quiet pitch around it
@@ -41,7 +41,8 @@ Examples:
   sot twin robot --flash flash.img --eeprom boot.img the same robot as the last time
   sot twin robot --usbredir :0 --pty ./serial        any free port; the base's serial line at ./serial
   sot info --robot twin:127.0.0.1:4000               in another terminal
-  sot twin robot --camera-fault left:no-ack@5..9     a loose plug, for four seconds")]
+  sot twin robot --camera-fault left:no-ack@5..9     a loose plug, for four seconds
+  sot twin robot --lamps 0.4@5..9                    and somebody at the light switch")]
 pub struct RobotTwinArgs {
     /// Where to serve usbredir; without HOST this machine only, port 0 = any free one
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:4000")]
@@ -74,6 +75,10 @@ pub struct RobotTwinArgs {
     /// seconds; KIND is no-ack, wrong-id, no-pixels, torn, stuck-clock or no-mux. May be given again
     #[arg(long, value_name = "FAULT")]
     camera_fault: Vec<CameraFault>,
+    /// Lamps so much brighter or dimmer: FACTOR[@FROM[..UNTIL]], times in simulated seconds. May be
+    /// given again
+    #[arg(long, value_name = "LIGHT")]
+    lamps: Vec<Lamps>,
     /// Draws where the robot stands
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -128,6 +133,7 @@ pub fn run(args: &RobotTwinArgs) -> Result<()> {
         eeprom_file,
         eeprom,
         camera_faults: args.camera_fault.clone(),
+        lamps: args.lamps.clone(),
         next_chore: 0,
         trouble: None,
     };
@@ -217,6 +223,7 @@ struct Bench {
     /// What the EEPROM's file holds.
     eeprom: Vec<u8>,
     camera_faults: Vec<CameraFault>,
+    lamps: Vec<Lamps>,
     next_chore: Ps,
     /// Why a file or the serial line is no longer looked after.
     trouble: Option<anyhow::Error>,
@@ -226,7 +233,9 @@ impl Bench {
     fn chores(&mut self) {
         let now = self.desk.robot.now();
         self.next_chore = now + CHORE_PERIOD;
-        camera_fault::apply(&self.camera_faults, now, &mut self.desk.robot.turret.cameras);
+        let cameras = &mut self.desk.robot.turret.cameras;
+        twin_eyes::apply(&self.camera_faults, now, cameras);
+        twin_eyes::light(&self.lamps, now, cameras);
         if let Err(error) = self.keep_flash(now).and_then(|()| self.keep_eeprom()) {
             self.trouble.get_or_insert(error);
         }

@@ -363,3 +363,15 @@ fn a_recording_from_a_camera_with_a_fault_names_it() {
         assert_eq!(desk.json("fpga reg stream --json")["stream"], 0, "{fault}");
     }
 }
+
+#[test]
+fn switched_lamps_show_in_a_recording_until_the_exposure_has_followed() {
+    let desk = Desk::new();
+    let _twin = Twin::start(&desk, "--lamps 0.4@2..4");
+    desk.ok("stream record a.stream --seconds 5");
+    let info = desk.json("stream info a.stream --json");
+    let unsettled = info["exposure_unsettled"].as_u64().expect("a number");
+    assert!((4..info["pairs"].as_u64().expect("a number") / 2).contains(&unsettled), "{info}");
+    assert_eq!(checked(&desk, "a.stream").0, Some(0));
+    fails_with(&desk, "twin robot --lamps bright", 2, &["bright", "1 is as usual"]);
+}

@@ -9,8 +9,8 @@ use crate::{Frame, Record, StreamHeader};
 /// Problems that are described; more are only counted.
 const DESCRIBED: usize = 20;
 
-/// What was found. Everything but [`Findings::lost`], which only says that the receiver was slow, should
-/// be 0.
+/// What was found. Everything but [`Findings::lost`], which only says that the receiver was slow, and
+/// [`Findings::unsettled`], which says that the light has changed, should be 0.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Findings {
     /// Streams seen.
@@ -29,6 +29,8 @@ pub struct Findings {
     pub reports: u64,
     /// Of them, those that came out differently.
     pub reports_differ: u64,
+    /// Pairs in which a camera's exposure was unsettled, as their reports say.
+    pub unsettled: u64,
     /// Frames of the test pattern with a wrong pixel.
     pub pattern_wrong: u64,
     /// Pairs that the FPGA has marked as torn by a camera.
@@ -164,6 +166,10 @@ impl Checker {
             self.findings.torn += 1;
             self.findings.problem(|| format!("pair {}: torn by a camera", header.number));
         }
+        let report = report_decode(&header.report).filter(|_| right.has(c::STREAM_FLAG_REPORT));
+        let unsettled =
+            |report: Report| u32::from(report.flags) & c::REPORT_EXPOSURE_UNSETTLED != 0;
+        self.findings.unsettled += u64::from(report.is_some_and(unsettled));
         if self.counts_only {
             return;
         }

@@ -111,7 +111,8 @@ impl Cameras {
         robot: &mut Robot,
         render: impl FnOnce(&Exposure, &mut [u16], &mut [u16]),
     ) {
-        let settings = [0, 1].map(|eye| robot.turret.cameras.eyes[eye].settings());
+        let lamps = robot.turret.cameras.lamps;
+        let settings = [0, 1].map(|eye| robot.turret.cameras.eyes[eye].settings(lamps));
         let faults = [0, 1].map(|eye| robot.turret.cameras.eyes[eye].fault);
         let large = settings[0].large;
         let fpga = &mut robot.turret.fpga;
@@ -134,6 +135,7 @@ impl Cameras {
         render(&exposure, left, right);
         for eye in 0..2 {
             self.develop(eye, &exposure, &settings[eye], faults[eye]);
+            robot.turret.cameras.eyes[eye].control(lamps);
         }
         let end = now + if large { READ_OUT_LARGE } else { READ_OUT };
         self.reading = Some(Reading { middle: now, end, large });

@@ -2,9 +2,13 @@
 //! sensor of the OV7670's kind.
 //!
 //! Modelled are the registers of `common/link/camera.h`: identity, reset, size and coding of the
-//! picture, exposure, gain, white balance, test pattern. All others keep what is written to them. What
-//! a sensor controls by itself is ideal: the picture is as bright and as white as the world is drawn.
-//! By hand, [`NOMINAL_ROWS`] of exposure at gain 1 are as bright as that (assumption).
+//! picture, exposure, gain, white balance, test pattern. All others keep what is written to them.
+//!
+//! [`NOMINAL_ROWS`] of exposure at gain 1 are as bright as the world is drawn (assumption). The automatic
+//! exposure takes a step a frame until the mean is within AEB..AEW: a sixteenth, or by two where VPT says
+//! that it is far off (OV9650 Implementation Guide 1.1, page 17; the OV7670 has the same registers). What it
+//! measures is the light alone, as if every scene had the same mean (assumption): so it stands still
+//! until the light or a setting changes. Automatic gain and white balance are ideal and at once.
 //!
 //! The sensors' clock comes from the design in the FPGA: without one they neither answer nor send.
 //! Sources: data sheets of the OV7670 (version 1.4) and of the PCA9540B.
@@ -14,6 +18,10 @@ use sim::{MS, Ps};
 
 /// Rows of exposure that give the picture's own brightness at gain 1: the register's value at reset.
 pub const NOMINAL_ROWS: u16 = 0x40 << 2;
+/// Mean of a picture that is as bright as the world is drawn: the middle of the stable region at reset.
+const NOMINAL_MEAN: f32 = (0x75 + 0x63) as f32 / 2.0;
+/// Rows that the automatic exposure goes to at most, those of a frame; then the gain takes over.
+const AUTO_ROWS_MAX: u16 = 510;
 /// Most by which the automatic gain makes up for a short exposure.
 const AUTO_GAIN_MAX: f32 = 16.0;
 /// A sensor does not answer for so long after a reset by register.
@@ -91,6 +99,9 @@ fn reset_values() -> [u8; REGISTERS] {
         (c::CAMERA_REG_VER, c::CAMERA_VER),
         (c::CAMERA_REG_AECH, 0x40),
         (c::CAMERA_REG_COM8, 0x8F),
+        (c::CAMERA_REG_AEW, 0x75),
+        (c::CAMERA_REG_AEB, 0x63),
+        (c::CAMERA_REG_VPT, 0xD4),
         (c::CAMERA_REG_COM15, 0xC0),
         (c::CAMERA_REG_TEST_X, 0x3A),
         (c::CAMERA_REG_TEST_Y, 0x35),
@@ -127,8 +138,8 @@ impl Camera {
         }
     }
 
-    /// What its picture is like.
-    pub fn settings(&self) -> Settings {
+    /// What its picture is like under lamps that are `lamps` times as bright as the world is drawn.
+    pub fn settings(&self, lamps: f32) -> Settings {
         let com7 = u32::from(self.register(c::CAMERA_REG_COM7));
         let com15 = u32::from(self.register(c::CAMERA_REG_COM15));
         let rgb565 = com7 & c::CAMERA_COM7_CODING == c::CAMERA_COM7_CODING_RGB
@@ -143,7 +154,7 @@ impl Camera {
         Settings {
             large: com7 & c::CAMERA_COM7_SIZE != c::CAMERA_COM7_SIZE_320X240,
             coding: if rgb565 { Coding::Rgb565 } else { Coding::Yuv },
-            light: self.light(),
+            light: self.light(lamps),
             pattern,
         }
     }
@@ -152,27 +163,70 @@ impl Camera {
         u32::from(self.register(c::CAMERA_REG_COM8)) & bit != 0
     }
 
-    fn light(&self) -> [f32; 3] {
-        let rows = u16::from(self.register(c::CAMERA_REG_AECHH) & 0x3F) << 10
+    fn rows(&self) -> u16 {
+        u16::from(self.register(c::CAMERA_REG_AECHH) & 0x3F) << 10
             | u16::from(self.register(c::CAMERA_REG_AECH)) << 2
-            | u16::from(self.register(c::CAMERA_REG_COM1) & 3);
-        let exposed = f32::from(rows) / f32::from(NOMINAL_ROWS);
+            | u16::from(self.register(c::CAMERA_REG_COM1) & 3)
+    }
+
+    fn set_rows(&mut self, rows: u16) {
+        let mut put = |address: u32, bits: u8, value: u16| {
+            let register = &mut self.registers[address as usize];
+            *register = *register & !bits | value as u8 & bits;
+        };
+        put(c::CAMERA_REG_AECHH, 0x3F, rows >> 10);
+        put(c::CAMERA_REG_AECH, 0xFF, rows >> 2 & 0xFF);
+        put(c::CAMERA_REG_COM1, 3, rows);
+    }
+
+    /// How bright the picture is: 1 as the world is drawn.
+    fn level(&self, lamps: f32) -> f32 {
+        let exposed = lamps * f32::from(self.rows()) / f32::from(NOMINAL_ROWS);
         let gain = self.register(c::CAMERA_REG_GAIN);
         let gain = (1.0 + f32::from(gain & 0x0F) / 16.0) * (1 << (gain >> 4).count_ones()) as f32;
-        let level = match (
+        let made_up = (exposed * AUTO_GAIN_MAX).min(exposed.max(1.0));
+        match (
             self.automatic(c::CAMERA_COM8_AUTO_EXPOSURE),
             self.automatic(c::CAMERA_COM8_AUTO_GAIN),
         ) {
-            // The exposure makes up for any gain.
-            (true, _) => 1.0,
-            (false, true) => (exposed * AUTO_GAIN_MAX).min(exposed.max(1.0)),
-            (false, false) => exposed * gain,
-        };
+            // Exposure comes first.
+            (true, true) if self.rows() < AUTO_ROWS_MAX => exposed,
+            (_, true) => made_up,
+            (_, false) => exposed * gain,
+        }
+    }
+
+    fn light(&self, lamps: f32) -> [f32; 3] {
+        let level = self.level(lamps);
         let white = |address: u32| match self.automatic(c::CAMERA_COM8_AUTO_WHITE) {
             true => 1.0,
             false => f32::from(self.register(address)) / 128.0,
         };
         [level * white(c::CAMERA_REG_RED), level, level * white(c::CAMERA_REG_BLUE)]
+    }
+
+    /// A frame has been exposed: the automatic exposure takes its step for the next one.
+    pub fn control(&mut self, lamps: f32) {
+        if !self.automatic(c::CAMERA_COM8_AUTO_EXPOSURE) {
+            return;
+        }
+        let mean = (NOMINAL_MEAN * self.level(lamps)).min(255.0);
+        let limit = |address: u32| f32::from(self.register(address));
+        let far = self.register(c::CAMERA_REG_VPT);
+        let rows = self.rows();
+        let step = (rows / 16).max(1);
+        let wanted = if mean > f32::from(far & 0xF0) {
+            rows / 2
+        } else if mean > limit(c::CAMERA_REG_AEW) {
+            rows - step.min(rows)
+        } else if mean < f32::from(far << 4) {
+            rows.saturating_mul(2)
+        } else if mean < limit(c::CAMERA_REG_AEB) {
+            rows + step
+        } else {
+            return;
+        };
+        self.set_rows(wanted.clamp(1, AUTO_ROWS_MAX));
     }
 }
 
@@ -197,6 +251,8 @@ pub struct CameraBus {
     pub mux_present: bool,
     /// Somebody holds the clock line low.
     pub clock_held: bool,
+    /// How bright the lamps over the pitch are: 1 as the world is drawn.
+    pub lamps: f32,
     control: u8,
     addressed: Addressed,
 }
@@ -207,6 +263,7 @@ impl Default for CameraBus {
             eyes: [Camera::default(), Camera::default()],
             mux_present: true,
             clock_held: false,
+            lamps: 1.0,
             control: 0,
             addressed: Addressed::Nobody,
         }
@@ -384,17 +441,47 @@ mod tests {
     #[test]
     fn exposure_gain_and_white_balance_act_by_hand_only() {
         let mut bus = CameraBus::default();
-        put(&mut bus, 0, c::CAMERA_REG_AECH, 0x20);
+        let light = |bus: &CameraBus| bus.eyes[0].settings(1.0).light;
         put(&mut bus, 0, c::CAMERA_REG_RED, 0xC0);
-        assert_eq!(bus.eyes[0].settings().light, [1.0; 3]);
+        assert_eq!(light(&bus), [1.0; 3]);
         // The automatic gain makes up for half the exposure.
         put(&mut bus, 0, c::CAMERA_REG_COM8, c::CAMERA_COM8_AUTO_GAIN);
-        assert_eq!(bus.eyes[0].settings().light, [1.5, 1.0, 1.0]);
+        put(&mut bus, 0, c::CAMERA_REG_AECH, 0x20);
+        assert_eq!(light(&bus), [1.5, 1.0, 1.0]);
         put(&mut bus, 0, c::CAMERA_REG_COM8, 0);
-        assert_eq!(bus.eyes[0].settings().light, [0.75, 0.5, 0.5]);
+        assert_eq!(light(&bus), [0.75, 0.5, 0.5]);
         put(&mut bus, 0, c::CAMERA_REG_GAIN, 0x18);
-        assert_eq!(bus.eyes[0].settings().light, [2.25, 1.5, 1.5]);
-        assert_eq!(bus.eyes[1].settings().light, [1.0; 3]);
+        assert_eq!(light(&bus), [2.25, 1.5, 1.5]);
+        assert_eq!(bus.eyes[1].settings(1.0).light, [1.0; 3]);
+    }
+
+    /// Levels from frame to frame under such lamps.
+    fn levels(eye: &mut Camera, lamps: f32, frames: usize) -> Vec<f32> {
+        let mut level = || {
+            let level = eye.settings(lamps).light[1];
+            eye.control(lamps);
+            level
+        };
+        (0..frames).map(|_| level()).collect()
+    }
+
+    #[test]
+    fn the_automatic_exposure_follows_the_light_step_by_step() {
+        let mut eye = Camera::default();
+        assert_eq!(levels(&mut eye, 1.0, 10), [1.0; 10], "steady light, steady exposure");
+        // A third of the light is far off: by two at once. Where a frame is too short the gain takes over.
+        let dark = levels(&mut eye, 0.35, 20);
+        assert_eq!((dark[0], &dark[1..]), (0.35, &[1.0; 19][..]));
+        let bright = levels(&mut eye, 1.0, 20);
+        assert!(bright[0] > 1.9 && (0.9..1.1).contains(&bright[19]), "{bright:?}");
+        let slow = levels(&mut eye, 1.3, 20);
+        let steps = slow.windows(2).map(|pair| pair[1] / pair[0]);
+        assert!(steps.clone().all(|step| (0.93..=1.0).contains(&step)), "{slow:?}");
+        assert!(steps.filter(|step| *step < 0.95).count() >= 3, "{slow:?}");
+        // By hand it stays where it is.
+        eye.registers[c::CAMERA_REG_COM8 as usize] = 0;
+        let held = levels(&mut eye, 0.5, 5);
+        assert!(held.iter().all(|level| *level == held[0]), "{held:?}");
     }
 
     #[test]

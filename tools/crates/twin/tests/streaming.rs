@@ -118,6 +118,28 @@ fn registers_that_change_while_it_streams_are_told_with_every_pair() {
     assert!(found.reports == found.pairs && found.pairs > 21, "{found:?}");
 }
 
+#[test]
+fn when_the_lights_are_switched_the_exposure_follows_and_reports_say_so() {
+    let (mut desk, mut receiver) = desk(Function::Soccer, Host::new());
+    receiver.start(&mut desk, &SMALL).expect("it starts");
+    let mut unsettled_after = |desk: &mut Desk, lamps: f32| {
+        let before = receiver.findings().unsettled;
+        desk.robot.turret.cameras.lamps = lamps;
+        receiver.read_for(desk, SECOND).expect("it streams");
+        (receiver.findings().unsettled - before, desk.brightness())
+    };
+    let (none, full) = unsettled_after(&mut desk, 1.0);
+    assert_eq!(none, 0, "steady light");
+    for lamps in [0.4, 1.0] {
+        let (unsettled, bright) = unsettled_after(&mut desk, lamps);
+        assert!((4..40).contains(&unsettled), "{unsettled} pairs, lamps {lamps}");
+        assert!((0.85..1.15).contains(&(bright / full)), "{bright} of {full}, lamps {lamps}");
+        assert_eq!(unsettled_after(&mut desk, lamps).0, 0, "and then it is settled");
+    }
+    receiver.stop(&mut desk).expect("it ends");
+    assert_clean(&desk, &receiver.finish());
+}
+
 /// Megabytes a second of the test pattern, and the share of its cycles that the FX2's CPU was awake.
 fn pattern_rate(packets: u8) -> (f64, f64) {
     let mut host = Host::new();

@@ -13,7 +13,7 @@ use common_sys::link::{
     self, REGISTER_READ_BYTES, REGISTER_WRITE_BYTES, REPORT_SIZE, Register, register_read_encode,
     register_write_decode, registers, report_encode,
 };
-use common_sys::vision::{EyeParams, HEIGHT, PARAM_COUNT, WIDTH, detect, halve};
+use common_sys::vision::{ExposureWatch, EyeParams, HEIGHT, PARAM_COUNT, WIDTH, detect, halve};
 use sim::{Clock, MS, Ps, US};
 
 use crate::camera_table;
@@ -55,7 +55,7 @@ pub struct Frame<'a> {
     pub left: &'a [u16],
     /// The right eye.
     pub right: &'a [u16],
-    /// `REPORT_EXPOSURE_UNSETTLED` or `REPORT_FRAME_TORN`, as the cameras are.
+    /// `REPORT_FRAME_TORN`, as the cameras are.
     pub flags: u16,
 }
 
@@ -115,6 +115,7 @@ pub struct Fpga {
     pub stream: Stream,
     /// When each eye's last frame ended, and whether it was torn.
     eyes: [Option<(Ps, bool)>; 2],
+    exposure: ExposureWatch,
 }
 
 impl Fpga {
@@ -136,6 +137,7 @@ impl Fpga {
             spi: Spi { miso: true, ..Spi::default() },
             stream: Stream::default(),
             eyes: [None; 2],
+            exposure: ExposureWatch::default(),
         }
     }
 
@@ -208,11 +210,15 @@ impl Fpga {
     /// What the detectors make of a pair, and when they have done so.
     fn report(&mut self, frame: &Frame<'_>, large: bool) -> (Ps, Wire) {
         let params = self.eye_params();
-        let mut report = if large {
-            detect(&halve(frame.left), &halve(frame.right), &params)
-        } else {
-            detect(frame.left, frame.right, &params)
+        let halved = large.then(|| [frame.left, frame.right].map(halve));
+        let [left, right] = match &halved {
+            Some([left, right]) => [left.as_slice(), right.as_slice()],
+            None => [frame.left, frame.right],
         };
+        let mut report = detect(left, right, &params);
+        if self.exposure.is_unsettled(left, right) {
+            report.flags |= c::REPORT_EXPOSURE_UNSETTLED as u16;
+        }
         let ready = frame.end + FPGA_CLOCK.edge(REPORT_CLOCKS);
         report.function = Function::Soccer.code();
         report.sequence = self.sequence;
@@ -482,6 +488,7 @@ impl Fpga {
         self.spi = Spi { miso: true, ..Spi::default() };
         self.stream = Stream::default();
         self.eyes = [None; 2];
+        self.exposure = ExposureWatch::default();
     }
 }
 

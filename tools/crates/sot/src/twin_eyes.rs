@@ -1,4 +1,4 @@
-//! What may be wrong with a twin's cameras, and when: `--camera-fault`.
+//! What happens to a twin's eyes, and when: `--camera-fault`, `--lamps`.
 
 use std::str::FromStr;
 
@@ -47,16 +47,49 @@ impl FromStr for CameraFault {
         let found = KINDS.iter().find(|(name, _)| *name == kind).map(|(_, kind)| *kind);
         let names = || KINDS.map(|(name, _)| name).join(", ");
         let kind = found.ok_or_else(|| format!("there are the faults {}", names()))?;
-        let time = |text: &str| match text.parse::<f64>() {
-            Ok(seconds) if (0.0..1e6).contains(&seconds) => Ok((seconds * SECOND as f64) as Ps),
-            _ => Err(format!("\"{text}\" is no time; give seconds, as 2 or 2..5")),
-        };
-        let (from, until) = match when.split_once("..") {
-            Some((from, until)) => (time(from)?, time(until)?),
-            None => (time(when)?, Ps::MAX),
-        };
+        let (from, until) = parse_period(when)?;
         Ok(Self { kind, eyes, from, until })
     }
+}
+
+/// `FROM[..UNTIL]`, in seconds.
+fn parse_period(when: &str) -> Result<(Ps, Ps), String> {
+    let time = |text: &str| match text.parse::<f64>() {
+        Ok(seconds) if (0.0..1e6).contains(&seconds) => Ok((seconds * SECOND as f64) as Ps),
+        _ => Err(format!("\"{text}\" is no time; give seconds, as 2 or 2..5")),
+    };
+    Ok(match when.split_once("..") {
+        Some((from, until)) => (time(from)?, time(until)?),
+        None => (time(when)?, Ps::MAX),
+    })
+}
+
+/// Lamps that are dimmer or brighter for some time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lamps {
+    factor: f32,
+    from: Ps,
+    until: Ps,
+}
+
+impl FromStr for Lamps {
+    type Err = String;
+
+    /// `FACTOR[@FROM[..UNTIL]]`, in seconds.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (factor, when) = text.split_once('@').unwrap_or((text, "0"));
+        let (from, until) = parse_period(when)?;
+        match factor.parse() {
+            Ok(factor) if (0.0..=100.0).contains(&factor) => Ok(Self { factor, from, until }),
+            _ => Err(format!("\"{factor}\" is no factor; give 0 to 100, 1 is as usual")),
+        }
+    }
+}
+
+/// The light as it is at `now`; of several lamps the last one counts.
+pub fn light(lamps: &[Lamps], now: Ps, cameras: &mut CameraBus) {
+    let lit = lamps.iter().rev().find(|lamps| (lamps.from..lamps.until).contains(&now));
+    cameras.lamps = lit.map_or(1.0, |lamps| lamps.factor);
 }
 
 /// The cameras as they are at `now`.
@@ -93,6 +126,20 @@ mod tests {
         assert_eq!(at(1.0), (Some(Fault::NoAck), None, false));
         assert_eq!(at(2.0), (None, None, false));
         assert_eq!(at(3.5), (None, None, true));
+    }
+
+    #[test]
+    fn lamps_are_switched_at_their_times() {
+        let lamps: Vec<Lamps> = ["0.5@1", "2@3..4"].map(|text| text.parse().expect("lamps")).into();
+        let mut cameras = CameraBus::default();
+        let mut at = |seconds: f64| {
+            light(&lamps, (seconds * SECOND as f64) as Ps, &mut cameras);
+            cameras.lamps
+        };
+        assert_eq!([at(0.5), at(2.0), at(3.0), at(4.0)], [1.0, 0.5, 2.0, 0.5]);
+        for text in ["", "bright", "-1", "1@x", "101"] {
+            assert!(text.parse::<Lamps>().is_err(), "{text}");
+        }
     }
 
     #[test]
