@@ -4,7 +4,14 @@
 
 #include "app/shell_commands.h"
 
-typedef enum { WORDS_NONE, WORDS_COMMANDS, WORDS_PARAMETERS, WORDS_VARIABLES, WORDS_LOG } words_t;
+typedef enum {
+    WORDS_NONE,
+    WORDS_COMMANDS,
+    WORDS_PARAMETERS,
+    WORDS_VARIABLES,
+    WORDS_LOG,
+    WORDS_REGISTERS
+} words_t;
 
 static const struct {
     const char *name;
@@ -13,7 +20,8 @@ static const struct {
     void (*run)(robot_t *robot, const char *arguments);
     words_t words; /* what its arguments are completed from */
 } commands[] = {
-    {"help", "[NAME]", "this list; of a command or parameter", shell_help, WORDS_COMMANDS},
+    {"help", "[NAME]", "this list; of a command, a parameter, an FPGA register", shell_help,
+     WORDS_COMMANDS},
     {"words", "[LINE]", "what may follow LINE, for programs that complete", shell_words,
      WORDS_COMMANDS},
     {"status", "", "state, pose, ball, turret, battery, faults", shell_status, WORDS_NONE},
@@ -32,6 +40,8 @@ static const struct {
     {"defaults", "[NAME]", "take the defaults again (save keeps them)", shell_defaults,
      WORDS_PARAMETERS},
     {"diff", "", "parameters that are not at their default", shell_diff, WORDS_NONE},
+    {"fpga", "[get [NAME]|set NAME VALUE]",
+     "registers of the turret's FPGA; NAME may be a beginning", shell_fpga, WORDS_REGISTERS},
     {"tasks", "[clear]", "worst times of the loop in us, CPU load, stack", shell_tasks, WORDS_NONE},
     {"log", "[show|live on|live off|MODULE LEVEL]",
      "newest lines; levels off error warn info debug", shell_log, WORDS_LOG},
@@ -104,7 +114,7 @@ void shell_help(robot_t *robot, const char *arguments)
         print_command(robot, i);
     else if (parameter_find(arguments) != PARAMETER_NONE)
         shell_print_parameter(robot, parameter_find(arguments));
-    else
+    else if (!shell_help_register(robot, arguments))
         robot_print(robot, "error: no command or parameter '%s'; help and get list them\r\n",
                     arguments);
 }
@@ -151,6 +161,8 @@ const char *shell_candidate(void *context, const char *line, unsigned word, unsi
         return telemetry_name(index);
     case WORDS_LOG:
         return log_word(index);
+    case WORDS_REGISTERS:
+        return shell_register_name(index);
     case WORDS_NONE:
         break;
     }

@@ -34,6 +34,13 @@ void shell_diff(robot_t *robot, const char *arguments);
 /* One parameter with unit, range and default. */
 void shell_print_parameter(const robot_t *robot, uint16_t index);
 
+/* shell_fpga.c */
+void shell_fpga(robot_t *robot, const char *arguments);
+/* What may follow `fpga`: NULL after the last. */
+const char *shell_register_name(unsigned index);
+/* Tells of the register of that name; 0 if there is none. */
+int shell_help_register(const robot_t *robot, const char *name);
+
 /* shell_debug.c */
 void shell_log(robot_t *robot, const char *arguments);
 void shell_stream(robot_t *robot, const char *arguments);

@@ -4,7 +4,8 @@
 // sources: khepera-firmware/app/format.c khepera-firmware/app/log.c khepera-firmware/app/tasks.c
 // sources: khepera-firmware/app/kteam.c khepera-firmware/app/shell.c
 // sources: khepera-firmware/app/shell_robot.c khepera-firmware/app/shell_debug.c
-// sources: khepera-firmware/app/shell_parameters.c khepera-firmware/app/telemetry.c
+// sources: khepera-firmware/app/shell_parameters.c khepera-firmware/app/shell_fpga.c
+// sources: khepera-firmware/app/telemetry.c
 // sources: khepera-firmware/app/parameters.c khepera-firmware/app/parameter_store.c
 // sources: khepera-firmware/soccer/angle.c khepera-firmware/soccer/odometry.c
 // sources: khepera-firmware/soccer/sighting.c khepera-firmware/soccer/soccer.c

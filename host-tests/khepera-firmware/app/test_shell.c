@@ -4,7 +4,8 @@
 // sources: khepera-firmware/app/format.c khepera-firmware/app/log.c khepera-firmware/app/tasks.c
 // sources: khepera-firmware/app/kteam.c khepera-firmware/app/shell.c
 // sources: khepera-firmware/app/shell_robot.c khepera-firmware/app/shell_debug.c
-// sources: khepera-firmware/app/shell_parameters.c khepera-firmware/app/telemetry.c
+// sources: khepera-firmware/app/shell_parameters.c khepera-firmware/app/shell_fpga.c
+// sources: khepera-firmware/app/telemetry.c
 // sources: khepera-firmware/app/parameters.c khepera-firmware/app/parameter_store.c
 // sources: khepera-firmware/soccer/angle.c khepera-firmware/soccer/odometry.c
 // sources: khepera-firmware/soccer/sighting.c khepera-firmware/soccer/soccer.c
@@ -53,6 +54,34 @@ static void help_names_every_command_and_parameter(void)
     check_has("help start\n", "-180..180 deg");
     check_has("help speed.kp\n", "(0..32767, default 3800)");
     check_has("help nothing\n", "error: no command or parameter 'nothing'");
+}
+
+static void fpga_registers_are_listed_and_set_within_their_ranges(void)
+{
+    desk.registers[FPGA_REG_GOAL_ROW] = 60;
+    check("fpga get goal_row\n",
+          "goal_row = 60 row (4..235, reset 60) epipolar line of the goal\r\n");
+    check_has("fpga\n", "identity and version of this list\r\nfunction = 0 (read only) ");
+    check_has("fpga get goal-\n", "goal_row = 60 row (4..235");
+    check_has("fpga get goal-\n", "goal_black = 0");
+    check("fpga set goal-row 61\n", "ok: goal_row = 61 row\r\n");
+    TEST_ASSERT_EQUAL_UINT16(61, desk.registers[FPGA_REG_GOAL_ROW]);
+    check("fpga set goal_row 236\n", "error: goal_row takes one whole number; give 4..235 row\r\n");
+    check("fpga set goal_row\n", "error: goal_row takes one whole number; give 4..235 row\r\n");
+    check("fpga set goal_row 61 2\n",
+          "error: goal_row takes one whole number; give 4..235 row\r\n");
+    check_has("fpga set stream 1\n", "error: stream can only be read");
+    check_has("fpga set torn 1\n", "error: torn can only be read");
+    check_has("fpga get nothing\n", "error: no register 'nothing'");
+    check_has("fpga set goal 1\n", "error: no register 'goal 1'");
+    check_has("fpga nothing\n", "error: fpga does not know 'nothing'");
+    TEST_ASSERT_EQUAL_UINT16(61, desk.registers[FPGA_REG_GOAL_ROW]);
+    check_has("help goal_row\n", "fpga goal_row, row (4..235, reset 60)");
+    check_has("words fpga\n", "words: get set id function stream frames\r\n");
+    desk.turret_gone = 1;
+    check("fpga\n", "error: the turret does not answer; is its FPGA configured?\r\n");
+    check("fpga set goal_row 60\nH\n",
+          "error: the turret does not answer; is its FPGA configured?\r\nh,0,0\r\n");
 }
 
 static void words_tells_what_may_follow(void)
@@ -234,6 +263,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(help_names_every_command_and_parameter);
+    RUN_TEST(fpga_registers_are_listed_and_set_within_their_ranges);
     RUN_TEST(words_tells_what_may_follow);
     RUN_TEST(parameters_are_listed_set_and_put_back);
     RUN_TEST(estop_holds_whatever_comes_until_clear);

@@ -87,6 +87,10 @@ fn registers_are_read_and_written_while_reports_come_and_none_is_lost() {
     assert_eq!(ask(&mut desk, "T,26,W,3,4"), "z,Register 4 does not take 3 and is 61");
     assert_eq!(ask(&mut desk, "T,26,W,1,0"), "z,Register 0 does not take 1 and is 21249");
     assert_eq!(ask(&mut desk, "T,26,W,1,2"), "z,Register 2 does not take 1 and is 0");
+    assert_eq!(ask(&mut desk, "fpga set search-max 100"), "ok: search_max = 100 px");
+    assert_eq!(register(&mut desk, c::FPGA_REG_SEARCH_MAX), Some(100));
+    let told = ask(&mut desk, "fpga get search_max");
+    assert_eq!(told, "search_max = 100 px (16..127, reset 79) largest disparity searched");
     let status = ask(&mut desk, "T,26,S");
     let fields: Vec<u32> =
         status.split(',').skip(3).map(|field| field.parse().expect("a decimal")).collect();
