@@ -102,6 +102,14 @@ impl Load {
     }
 }
 
+/// What lies outside the RAM is the loader's, and not of interest.
+fn count_clocks(profile: &mut [u64], pc: u32, clocks: u64) {
+    let word = pc.wrapping_sub(board::BOARD_RAM_BASE as u32) as usize / 2;
+    if let Some(sum) = profile.get_mut(word) {
+        *sum += clocks;
+    }
+}
+
 /// A reset of the chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reset {
@@ -120,6 +128,8 @@ pub struct Base {
     resets: Vec<Reset>,
     switched_on: bool,
     lost_power: bool,
+    /// Clocks by word of RAM, if somebody wants to know.
+    profile: Option<Vec<u64>>,
 }
 
 impl Base {
@@ -152,6 +162,7 @@ impl Base {
             resets: vec![],
             switched_on: true,
             lost_power: true,
+            profile: None,
         };
         base.soc.reset_request = Some(ResetCause::PowerUp);
         base
@@ -191,11 +202,15 @@ impl Base {
             if bus.soc.reset_request.is_some() || bus.soc.time.hz() != hz {
                 break;
             }
+            let before = bus.soc.clk;
             let level = bus.soc.level;
             if level != 0 && self.cpu.takes(level) {
                 self.cpu.interrupt(&mut bus, level);
             }
             self.cpu.step(&mut bus);
+            if let Some(profile) = &mut self.profile {
+                count_clocks(profile, bus.soc.pc, bus.soc.clk - before);
+            }
         }
         self.load.busy_clocks += self.soc.clk - start;
     }
@@ -222,6 +237,9 @@ impl Base {
             let start = self.soc.clk;
             self.cpu.interrupt(&mut Bus { soc: &mut self.soc, turret }, level);
             self.load.busy_clocks += self.soc.clk - start;
+            if let Some(profile) = &mut self.profile {
+                count_clocks(profile, self.cpu.pc(), self.soc.clk - start);
+            }
         }
     }
 
@@ -445,6 +463,18 @@ impl Base {
     pub fn load(&self) -> Load {
         let cpu = &self.cpu;
         Load { instructions: cpu.instructions, exceptions: cpu.exceptions, ..self.load }
+    }
+
+    /// From now on, count the clocks of each instruction in RAM, from 0.
+    pub fn profile(&mut self) {
+        self.profile = Some(vec![0; board::BOARD_RAM_SIZE as usize / 2]);
+    }
+
+    /// Addresses of the instructions executed since [`Base::profile`], with the clocks they took. An
+    /// interrupt's own clocks count to its handler's first instruction.
+    pub fn profiled(&self) -> impl Iterator<Item = (u32, u64)> {
+        let clocks = self.profile.iter().flatten().zip(0..);
+        clocks.filter(|&(&n, _)| n > 0).map(|(&n, word)| (board::BOARD_RAM_BASE as u32 + 2 * word, n))
     }
 
     /// Longest time from an interrupt's request to its acknowledge so far, by level 0..=7.
