@@ -29,6 +29,7 @@ static void base_motors(void *context, int16_t left, int16_t right)
 {
     (void)context;
     motors_drive(left, right);
+    encoders_driven(left, right);
 }
 
 static int base_stop_word(void *context)

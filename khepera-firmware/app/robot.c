@@ -314,10 +314,10 @@ static void take_report(robot_t *robot)
     robot->silent_ticks = 0;
     if (robot->playing) {
         soccer_see(&robot->soccer, &report, age_100us);
-        if (steer(robot)) {
-            motion_refresh(&robot->motion, duty);
-            robot->base->motors(robot->base->context, duty[0], duty[1]);
-        }
+        if (!steer(robot))
+            motion_off(&robot->motion);
+        motion_refresh(&robot->motion, duty);
+        robot->base->motors(robot->base->context, duty[0], duty[1]);
     }
     tasks_ran(&robot->tasks, TASK_REPORT, begin, now_fine(robot));
 }

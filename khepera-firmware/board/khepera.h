@@ -50,6 +50,9 @@
 #define BOARD_GP_RIGHT_A     1 /* IC2 */
 #define BOARD_GP_LEFT_B      2 /* IC3 pin, as plain input */
 #define BOARD_GP_RIGHT_B     7 /* IC4/OC5 pin, as plain input */
+/* Channel A also goes to a pin whose rising edges a counter counts: 0 = left, 1 = right wheel. */
+#define BOARD_PAI_WHEEL      0 /* pulse accumulator, PACNT */
+#define BOARD_PCLK_WHEEL     1 /* TCNT by PCLK */
 #define BOARD_PULSES_PER_MM  12
 #define BOARD_PULSES_PER_REV 600
 #define BOARD_WHEEL_BASE_MM  53

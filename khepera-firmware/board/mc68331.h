@@ -17,6 +17,8 @@
 #define DDRGP  REG8(0xFFFFF906)
 #define PORTGP REG8(0xFFFFF907)
 #define TCNT   REG16(0xFFFFF90A)
+#define PACTL  REG8(0xFFFFF90C)
+#define PACNT  REG8(0xFFFFF90D)
 #define TCTL1  REG8(0xFFFFF91E)
 #define TCTL2  REG8(0xFFFFF91F)
 #define TMSK1  REG8(0xFFFFF920)
@@ -26,9 +28,14 @@
 #define PWMAB  REG16(0xFFFFF926) /* both at once */
 #define PWMA   REG8(0xFFFFF926)
 #define PWMB   REG8(0xFFFFF927)
+#define PWMCNT REG16(0xFFFFF928)
 
 #define TFLG1_IC1 0x01
 #define TFLG1_IC2 0x02
+
+#define PACTL_PAEN     0x40
+#define PACTL_PEDGE    0x10 /* rising edges count */
+#define TMSK2_CPR_PCLK 0x07
 
 /* ---- System integration module ---- */
 #define SIMCR   REG16(0xFFFFFA00)
@@ -76,6 +83,8 @@
 #define QSPI_RX(n)   REG16(0xFFFFFD00 + 2 * (n))
 #define QSPI_TX(n)   REG16(0xFFFFFD20 + 2 * (n))
 #define QSPI_CMD(n)  REG8(0xFFFFFD40 + (n))
+/* Commands n and n + 1, n even. */
+#define QSPI_CMD_PAIR(n) REG16(0xFFFFFD40 + (n))
 #define QSPI_ENTRIES 16u
 
 #define SCCR1_RE      0x0004

@@ -14,9 +14,9 @@
 /* Ticks without an answer after which the converter is taken for dead. */
 #define SILENT_TICKS  10u
 
-static void readings_done(const uint16_t received[16]);
+static void readings_done(const volatile uint16_t *received);
 
-static qspi_job_t job = {WORDS, BOARD_PCS_ADC, 0, CONVERSION_US, {0}, readings_done};
+static qspi_job_t job = {WORDS, BOARD_PCS_ADC, 0, CONVERSION_US, 1, {0}, readings_done};
 /* Written by the interrupt at a run's end. */
 static adc_readings_t newest;
 static volatile uint8_t ticks_without; /* an answer; saturates */
@@ -35,22 +35,31 @@ static void set_emitters(uint8_t on)
     PORTF = (uint8_t)(on ? PORTF | pin : PORTF & ~pin);
 }
 
-static void readings_done(const uint16_t received[16])
+static int are_results(const volatile uint16_t *word)
 {
-    unsigned i;
+    uint16_t any = 0;
+    unsigned left;
 
-    for (i = 1; i < WORDS; i++)
-        if (received[i] & AFTER_RESULT)
-            return;
+    for (left = ADC_INPUTS; left > 0; left--)
+        any |= *word++;
+    return (any & AFTER_RESULT) == 0;
+}
+
+static void keep(uint16_t *reading, const volatile uint16_t *word, unsigned count)
+{
+    for (; count > 0; count--)
+        *reading++ = (uint16_t)(*word++ >> RESULT_SHIFT);
+}
+
+static void readings_done(const volatile uint16_t *received)
+{
+    const volatile uint16_t *results = &received[1];
+
+    if (!are_results(results))
+        return;
     ticks_without = 0;
-    for (i = 0; i < ADC_INPUTS; i++) {
-        uint16_t value = (uint16_t)(received[i + 1] >> RESULT_SHIFT);
-
-        if (i >= ADC_SENSORS || emitters_on)
-            newest.input[i] = value;
-        else
-            newest.ambient[i] = value;
-    }
+    keep(emitters_on ? newest.input : newest.ambient, results, ADC_SENSORS);
+    keep(&newest.input[ADC_SENSORS], &results[ADC_SENSORS], ADC_INPUTS - ADC_SENSORS);
     set_emitters(phase != PHASE_AMBIENT - 1u);
 }
 

@@ -4,6 +4,9 @@
 #include "board/mc68331.h"
 
 #define PWMC_DIVIDE_4 0x10 /* PPR = 1, fast mode on both: 25.166 MHz / 4 / 256 */
+#if MOTOR_CLOCK_DIVIDER != 4
+#error "PWMC_DIVIDE_4 belongs to another divider"
+#endif
 #define LEFT_FORWARD  (1u << BOARD_GP_LEFT_FORWARD)
 #define RIGHT_FORWARD (1u << BOARD_GP_RIGHT_FORWARD)
 

@@ -5,6 +5,8 @@
 #include <stdint.h>
 
 #define MOTOR_FULL 255 /* largest duty, of 256 */
+/* System clocks that the PWM's counter counts once; tick_fine() reads the time from it. */
+#define MOTOR_CLOCK_DIVIDER 4u
 
 /* Both motors off, pins under control. Call once. */
 void motors_init(void);

@@ -9,7 +9,8 @@
 #define PQSPAR_VALUE 0x7B             /* PCS3..0, MOSI, MISO belong to the QSPI */
 #define DDRQS_VALUE  0x7E             /* all of them but MISO are outputs */
 #define SPCR0_VALUE  (SPCR0_MSTR | 6) /* 16 bits, mode 0, 25.166 MHz / 12 */
-#define DELAY_CLOCKS 32u              /* of SPCR1.DTL */
+/* SPCR1.DTL counts 32 clocks. */
+#define DELAY_PER_US_Q5 (BOARD_SYSTEM_HZ / 1000000u)
 /* A run takes 0.4 ms at most: one that lasts a whole tick is dead. */
 #define RUN_TICKS    2u
 
@@ -17,7 +18,7 @@
 static const qspi_job_t *volatile waiting[QSPI_OWNER_COUNT];
 static const qspi_job_t *volatile running;
 static volatile uint8_t ticks_left;
-static volatile uint8_t loaded; /* whose commands lie in the queue: 1 + owner, 0 = nobody's */
+static const qspi_job_t *loaded; /* whose commands and words lie in the queue */
 static volatile uint8_t owner_running;
 
 void qspi_init(void)
@@ -27,7 +28,7 @@ void qspi_init(void)
     for (i = 0; i < QSPI_OWNER_COUNT; i++)
         waiting[i] = NULL;
     running = NULL;
-    loaded = 0;
+    loaded = NULL;
     QSMCR = 0x0080 | IARB_QSM; /* supervisor access only, as after reset */
     QILR = (LEVEL_TURRET << 3) | LEVEL_CONSOLE;
     QIVR = VECTOR_SCI;
@@ -37,18 +38,31 @@ void qspi_init(void)
     SPCR0 = SPCR0_VALUE;
 }
 
+/* Two commands at a time: alike in all entries but the last. */
 static void load_commands(const qspi_job_t *job)
 {
     uint8_t command = (uint8_t)(QSPI_CMD_BITS | job->select);
+    uint8_t last = command;
     unsigned i;
 
     if (job->delay_us > 0)
         command |= QSPI_CMD_DT;
-    for (i = 0; i < job->words; i++) {
-        int goes_on = job->keep_selected && i + 1u < job->words;
+    last = command;
+    if (job->keep_selected)
+        command |= QSPI_CMD_CONT;
+    for (i = 0; i < job->words; i += 2)
+        QSPI_CMD_PAIR(i) = (uint16_t)(command << 8 | command);
+    QSPI_CMD(job->words - 1u) = last;
+}
 
-        QSPI_CMD(i) = (uint8_t)(command | (goes_on ? QSPI_CMD_CONT : 0u));
-    }
+static void load_words(const qspi_job_t *job)
+{
+    const uint16_t *word = job->send;
+    volatile uint16_t *queue = &QSPI_TX(0);
+    unsigned left;
+
+    for (left = job->words; left > 0; left--)
+        *queue++ = *word++;
 }
 
 /* Begin the most urgent run that waits. Interrupts are masked, or this is one of level
@@ -57,26 +71,24 @@ static void begin(void)
 {
     unsigned owner = 0;
     const qspi_job_t *job;
-    unsigned i;
 
-    while (owner < QSPI_OWNER_COUNT && waiting[owner] == NULL)
-        owner++;
-    if (running != NULL || owner == QSPI_OWNER_COUNT)
+    if (running != NULL)
         return;
+    while (waiting[owner] == NULL)
+        if (++owner == QSPI_OWNER_COUNT)
+            return;
     job = waiting[owner];
     waiting[owner] = NULL;
     running = job;
     owner_running = (uint8_t)owner;
     ticks_left = RUN_TICKS;
-    if (loaded != owner + 1u) {
+    if (loaded != job)
         load_commands(job);
-        loaded = (uint8_t)(owner + 1u);
-    }
-    for (i = 0; i < job->words; i++)
-        QSPI_TX(i) = job->send[i];
+    if (loaded != job || !job->constant)
+        load_words(job);
+    loaded = job;
     SPCR2 = (uint16_t)(SPCR2_SPIFIE | (uint16_t)((job->words - 1u) << 8));
-    SPCR1 =
-        (uint16_t)(SPCR1_SPE | (job->delay_us * (BOARD_SYSTEM_HZ / 1000000u) / DELAY_CLOCKS + 1u));
+    SPCR1 = (uint16_t)(SPCR1_SPE | (job->delay_us * DELAY_PER_US_Q5 / 32u + 1u));
 }
 
 void qspi_start(qspi_owner_t owner, const qspi_job_t *job)
@@ -92,17 +104,13 @@ INTERRUPT void qspi_isr(void);
 INTERRUPT void qspi_isr(void)
 {
     const qspi_job_t *job = running;
-    uint16_t received[16];
-    unsigned i;
 
     (void)SPSR;
     SPSR = 0;
     if (job == NULL)
         return;
-    for (i = 0; i < job->words; i++)
-        received[i] = QSPI_RX(i);
     running = NULL;
-    job->done(received);
+    job->done(&QSPI_RX(0));
     begin();
 }
 

@@ -16,10 +16,12 @@ typedef struct {
     uint8_t select;        /* chip selects while selected (BOARD_PCS_*) */
     uint8_t keep_selected; /* 1: through the whole run; 0: for each word */
     uint8_t delay_us;      /* after each word; 0 = none */
+    uint8_t constant;      /* 1: nothing in here changes after the first run */
     /* Words to send; filled by the owner before each run. */
     uint16_t send[16];
-    /* In the interrupt at the run's end; `received` is valid until it returns. */
-    void (*done)(const uint16_t received[16]);
+    /* In the interrupt at the run's end. `received` is the QSPI's own memory, so words arrive by
+     * being read once; it is valid until this returns. */
+    void (*done)(const volatile uint16_t *received);
 } qspi_job_t;
 
 /* The module, its interrupts (also the serial line's), no run. Call once, interrupts masked. */

@@ -1,10 +1,13 @@
 #include "drivers/tick.h"
 
+#include "board/khepera.h"
 #include "board/mc68331.h"
 #include "drivers/interrupts.h"
+#include "drivers/motors.h"
 
 #define PIT_PERIOD      82     /* PTP = 0: 82 * 4 / 32768 Hz */
-#define TCNT_DIVIDE_256 0x06   /* TMSK2.CPR */
+/* Counts of PWMCNT in one of the fine clock. */
+#define PWMCNT_PER_FINE (BOARD_SYSTEM_HZ / MOTOR_CLOCK_DIVIDER / TICK_FINE_HZ)
 #define GPTMCR_SUPV     0x0080 /* supervisor access only, as after reset */
 
 /* Written by the tick interrupt, taken with interrupts masked by tick_take(). */
@@ -12,9 +15,19 @@ static volatile uint8_t pending;
 
 volatile uint8_t interrupts_work;
 
+/* The fine clock at a past moment in the upper half, and PWMCNT then in the lower. Written by the
+ * tick interrupt. */
+static volatile uint32_t fine_mark;
+
 INTERRUPT void tick_isr(void);
 INTERRUPT void tick_isr(void)
 {
+    uint32_t mark = fine_mark;
+    uint16_t counts = (uint16_t)(PWMCNT - (uint16_t)mark);
+    uint16_t fine = (uint16_t)(counts / PWMCNT_PER_FINE);
+
+    fine_mark = (uint32_t)(uint16_t)((mark >> 16) + fine) << 16 |
+                (uint16_t)(mark + fine * PWMCNT_PER_FINE);
     if (pending < UINT8_MAX)
         pending++;
     interrupts_work = 1;
@@ -23,7 +36,7 @@ INTERRUPT void tick_isr(void)
 void tick_init(void)
 {
     GPTMCR = GPTMCR_SUPV | IARB_GPT;
-    TMSK2 = TCNT_DIVIDE_256;
+    fine_mark = PWMCNT;
     PICR = (LEVEL_TICK << 8) | VECTOR_TICK;
     PITR = PIT_PERIOD;
 }
@@ -40,7 +53,10 @@ uint8_t tick_take(void)
 
 uint16_t tick_fine(void)
 {
-    return TCNT;
+    uint32_t mark = fine_mark; /* in one instruction: the tick may come right after it */
+    uint16_t counts = (uint16_t)(PWMCNT - (uint16_t)mark);
+
+    return (uint16_t)((mark >> 16) + counts / PWMCNT_PER_FINE);
 }
 
 void watchdog_service(void)

@@ -1,13 +1,13 @@
-/* The 100 Hz tick (periodic interrupt timer), a finer clock (GPT's free-running counter), and the
- * watchdog.
+/* The 100 Hz tick (periodic interrupt timer), a finer clock (the PWM's counter), and the watchdog.
  *
- * The tick is 82/8192 s = 10.01 ms. */
+ * The tick is 82/8192 s = 10.01 ms. The PWM's counter wraps after 10.42 ms, so the tick's interrupt
+ * carries it on. */
 #ifndef DRIVERS_TICK_H
 #define DRIVERS_TICK_H
 
 #include <stdint.h>
 
-/* Start the counter and the tick. Call once, interrupts still masked. */
+/* Start the tick. Call once, after motors_init(), interrupts still masked. */
 void tick_init(void);
 
 /* Ticks since the last call, 0 if none; more than 1 means that some were missed. */

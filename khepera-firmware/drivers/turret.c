@@ -11,21 +11,22 @@
 #include "link/registers.h"
 
 #define ATTENTION_PIN (1u << BOARD_TURRET_ATTENTION_IRQ) /* of port F */
+#define REPORT_WORDS  (TURRET_REPORT_BYTES / 2u)
 #define WRITE_WORDS   (REGISTER_WRITE_BYTES / 2u)
 #define READ_WORDS    (REGISTER_READ_BYTES / 2u)
 
-static void report_done(const uint16_t received[16]);
-static void written(const uint16_t received[16]);
-static void answered(const uint16_t received[16]);
+static void report_done(const volatile uint16_t *received);
+static void written(const volatile uint16_t *received);
+static void answered(const volatile uint16_t *received);
 
 /* Shared between both interrupts and the poll/take side, which mask interrupts around it. */
-static qspi_job_t job = {16, BOARD_PCS_TURRET, 1, 0, {0}, report_done};
+static qspi_job_t job = {REPORT_WORDS, BOARD_PCS_TURRET, 1, 0, 1, {0}, report_done};
 static struct {
     volatile uint8_t running;
     volatile uint8_t fresh; /* words[newest] has not been taken yet */
     uint8_t newest;
     uint8_t reading; /* the interrupt writes to the other one */
-    uint16_t words[2][16];
+    uint16_t words[2][REPORT_WORDS];
     uint16_t asked; /* tick_fine() at the attention interrupt of the current run */
     uint16_t words_asked[2];
     uint16_t overruns;
@@ -34,8 +35,8 @@ static struct {
 
 /* A register's two runs. The program fills them while nothing is under way, the interrupts at their
  * ends set the state. */
-static qspi_job_t write_job = {WRITE_WORDS, BOARD_PCS_TURRET, 1, 0, {0}, written};
-static qspi_job_t read_job = {READ_WORDS, BOARD_PCS_TURRET, 1, 0, {0}, answered};
+static qspi_job_t write_job = {WRITE_WORDS, BOARD_PCS_TURRET, 1, 0, 0, {0}, written};
+static qspi_job_t read_job = {READ_WORDS, BOARD_PCS_TURRET, 1, 0, 0, {0}, answered};
 static volatile turret_register_t register_state;
 static uint16_t register_value; /* valid in TURRET_REGISTER_READ */
 
@@ -54,15 +55,17 @@ INTERRUPT void turret_attention_isr(void)
     qspi_start(QSPI_TURRET, &job);
 }
 
-static void report_done(const uint16_t received[16])
+static void report_done(const volatile uint16_t *received)
 {
-    unsigned i;
+    uint16_t *word;
+    unsigned left;
 
     if (turret.fresh)
         count(&turret.overruns);
     turret.newest = !turret.reading;
-    for (i = 0; i < 16; i++)
-        turret.words[turret.newest][i] = received[i];
+    word = turret.words[turret.newest];
+    for (left = REPORT_WORDS; left > 0; left--)
+        *word++ = *received++;
     turret.words_asked[turret.newest] = turret.asked;
     turret.fresh = 1;
     interrupts_work = 1;
@@ -93,8 +96,9 @@ void turret_poll(int gave_up)
 
 int turret_take(uint8_t wire[TURRET_REPORT_BYTES], uint16_t *age_fine)
 {
+    const uint16_t *word;
     uint16_t status;
-    unsigned i;
+    unsigned left;
 
     if (!turret.fresh)
         return 0;
@@ -102,21 +106,24 @@ int turret_take(uint8_t wire[TURRET_REPORT_BYTES], uint16_t *age_fine)
     turret.reading = turret.newest;
     turret.fresh = 0;
     access_restore(status);
-    for (i = 0; i < 16; i++)
-        be_put16(&wire[2 * i], turret.words[turret.reading][i]);
+    word = turret.words[turret.reading];
+    for (left = REPORT_WORDS; left > 0; left--) {
+        *wire++ = (uint8_t)(*word >> 8);
+        *wire++ = (uint8_t)*word++;
+    }
     *age_fine = (uint16_t)(tick_fine() - turret.words_asked[turret.reading]);
     return 1;
 }
 
 /* ---- Registers ---- */
 
-static void written(const uint16_t received[16])
+static void written(const volatile uint16_t *received)
 {
     (void)received;
     qspi_start(QSPI_REGISTER, &read_job);
 }
 
-static void answered(const uint16_t received[16])
+static void answered(const volatile uint16_t *received)
 {
     uint8_t wire[REGISTER_READ_BYTES];
     unsigned i;

@@ -1,8 +1,8 @@
 //! GPT: the general-purpose timer (GPTRM): captures, compares, PWM, port GP.
 //!
 //! Nothing is counted: TCNT is computed from the system clock when somebody looks, and compares have
-//! a known next time. The pulse accumulator and the external clock PCLK are not wired and not
-//! modelled.
+//! a known next time. The pulse accumulator counts events; gated, it is not modelled, nor are compares
+//! while PCLK clocks TCNT, or a PWM clocked by PCLK.
 
 const NEVER: u64 = u64::MAX;
 
@@ -10,8 +10,19 @@ const NEVER: u64 = u64::MAX;
 const FIRST_COMPARE: u8 = 3;
 /// TFLG2 and TMSK2.
 const TOF: u8 = 1 << 7;
-/// PACTL: channel 4/5 is a capture.
+/// TFLG2 and TMSK2: the pulse accumulator has wrapped, or has counted.
+const PAOVF: u8 = 1 << 5;
+const PAIF: u8 = 1 << 4;
+/// PACTL: level of pin PAI, on, gated, rising edges count, level of pin PCLK, channel 4/5 is a
+/// capture.
+const PACTL_PAIS: u8 = 1 << 7;
+const PACTL_PAEN: u8 = 1 << 6;
+const PACTL_PAMOD: u8 = 1 << 5;
+const PACTL_PEDGE: u8 = 1 << 4;
+const PACTL_PCLKS: u8 = 1 << 3;
 const PACTL_I4: u8 = 1 << 2;
+/// TMSK2.CPR that clocks TCNT by pin PCLK.
+const CPR_PCLK: u8 = 7;
 
 /// One of the two pulse-width modulators.
 #[derive(Clone, Copy, Debug, Default)]
@@ -44,6 +55,8 @@ pub(crate) struct Gpt {
     oc1d: u8,
     pactl: u8,
     pacnt: u8,
+    /// What TCNT counts while PCLK clocks it.
+    pclk_count: u16,
     capture: [u16; 3],
     /// TOC1..TOC4 and TI4/O5.
     compare: [u16; 5],
@@ -84,6 +97,7 @@ impl Gpt {
             oc1d: 0,
             pactl: 0,
             pacnt: 0,
+            pclk_count: 0,
             capture: [0xFFFF; 3],
             compare: [0xFFFF; 5],
             tctl1: 0,
@@ -118,9 +132,9 @@ impl Gpt {
         2 + u32::from(self.tmsk2 & 7)
     }
 
-    /// CPR = 7 selects the external clock, which is not wired.
+    /// Whether TCNT follows the system clock.
     fn counting(&self) -> bool {
-        self.tmsk2 & 7 != 7
+        self.tmsk2 & 7 != CPR_PCLK
     }
 
     fn counts(&self, clk: u64) -> u64 {
@@ -128,7 +142,7 @@ impl Gpt {
     }
 
     pub fn tcnt(&self, clk: u64) -> u16 {
-        self.counts(clk) as u16
+        if self.counting() { self.counts(clk) as u16 } else { self.pclk_count }
     }
 
     fn match_after(&self, clk: u64, value: u16) -> u64 {
@@ -248,9 +262,37 @@ impl Gpt {
         self.tflg1 |= bit;
     }
 
+    /// Whether edges of pin PAI, of pin PCLK are counted.
+    pub fn counts_pulses(&self) -> [bool; 2] {
+        [self.pactl & PACTL_PAEN != 0, !self.counting()]
+    }
+
+    /// The board changed the level of pin PAI.
+    pub fn pulse(&mut self, high: bool) {
+        self.pactl = self.pactl & !PACTL_PAIS | if high { PACTL_PAIS } else { 0 };
+        let counts_rising = self.pactl & PACTL_PEDGE != 0;
+        if self.pactl & (PACTL_PAEN | PACTL_PAMOD) != PACTL_PAEN || high != counts_rising {
+            return;
+        }
+        self.pacnt = self.pacnt.wrapping_add(1);
+        self.tflg2 |= if self.pacnt == 0 { PAIF | PAOVF } else { PAIF };
+    }
+
+    /// The board changed the level of pin PCLK; its rising edges count (assumption).
+    pub fn clock(&mut self, high: bool) {
+        self.pactl = self.pactl & !PACTL_PCLKS | if high { PACTL_PCLKS } else { 0 };
+        if self.counting() || !high {
+            return;
+        }
+        self.pclk_count = self.pclk_count.wrapping_add(1);
+        self.tflg2 |= if self.pclk_count == 0 { TOF } else { 0 };
+    }
+
+    /// Sources as bits, the first in the vectors' order in bit 0.
     fn pending(&self) -> u16 {
-        let two = self.tflg2 & self.tmsk2 & TOF;
-        u16::from(self.tflg1 & self.tmsk1) | u16::from(two) << 1
+        let two = self.tflg2 & self.tmsk2;
+        let bit = |flag, at| u16::from(two & flag != 0) << at;
+        u16::from(self.tflg1 & self.tmsk1) | bit(TOF, 8) | bit(PAOVF, 9) | bit(PAIF, 10)
     }
 
     pub fn interrupt(&self) -> bool {
@@ -342,20 +384,25 @@ impl Gpt {
                 set(&mut self.oc1d, low.map(|d| d & 0xF8));
             }
             0x0C => {
-                set(&mut self.pactl, high.map(|p| p & 0x77));
+                let pins = self.pactl & (PACTL_PAIS | PACTL_PCLKS);
+                set(&mut self.pactl, high.map(|p| p & 0x77 | pins));
                 set(&mut self.pacnt, low);
-                if self.pactl & 0x40 != 0 {
-                    return Some("pulse accumulator: not modelled");
+                if self.pactl & (PACTL_PAEN | PACTL_PAMOD) == PACTL_PAEN | PACTL_PAMOD {
+                    return Some("gated pulse accumulator: not modelled");
                 }
             }
             0x14..=0x1C => self.write_compare(clk, (offset as usize - 0x14) / 2, value, mask),
             0x1E => {
                 set(&mut self.tctl1, high);
                 set(&mut self.tctl2, low);
+                return self.compare_without_clock();
             }
             0x20 => {
                 set(&mut self.tmsk1, high);
-                return low.and_then(|mask2| self.write_tmsk2(clk, mask2));
+                return match low {
+                    Some(mask2) => self.write_tmsk2(clk, mask2),
+                    None => self.compare_without_clock(),
+                };
             }
             0x22 => self.clear_flags(high, low),
             0x24 => {
@@ -400,13 +447,21 @@ impl Gpt {
         }
         self.prescaler_written = true;
         self.tmsk2 = value & 0xBF;
+        if !same && !self.counting() {
+            self.pclk_count = count;
+        }
         if !same && self.counting() {
             let span = u64::from(count) << self.shift();
             // Keep the count; where there is no clock that far back, let it start at 0.
             self.origin = clk.saturating_sub(span);
         }
         self.plan(clk);
-        (value & 7 == 7).then_some("TMSK2: TCNT clocked by PCLK, which is not wired: it stands")
+        self.compare_without_clock()
+    }
+
+    fn compare_without_clock(&self) -> Option<&'static str> {
+        let used = !self.counting() && (0..5).any(|channel| self.noticed(channel));
+        used.then_some("compare while PCLK clocks TCNT: not modelled")
     }
 
     fn clear_flags(&mut self, high: Option<u8>, low: Option<u8>) {
@@ -477,6 +532,34 @@ mod tests {
         gpt.tflg1 = 0;
         gpt.tflg2 = TOF;
         assert_eq!(gpt.vector(), 0x59, "overflow");
+    }
+
+    #[test]
+    fn the_pulse_accumulator_counts_edges_of_one_kind_and_tells_when_it_wraps() {
+        let mut gpt = Gpt::new(0);
+        assert_eq!(gpt.write(0, 0x0C, 0x50FE, 0xFFFF), None);
+        gpt.write(0, 0x20, 0x0020, 0x00FF);
+        gpt.write(0, 0x04, 0x0650, 0xFFFF);
+        for high in [true, false, true] {
+            assert!(!gpt.interrupt() || gpt.read(0, 0x0C, 0xFFFF) as u8 == 0);
+            gpt.pulse(high);
+        }
+        assert_eq!(gpt.read(0, 0x0C, 0xFFFF), 0xD000, "PAIS is high");
+        assert_eq!((gpt.interrupt(), gpt.vector()), (true, 0x5A));
+        assert!(gpt.write(0, 0x0C, 0x7000, 0xFF00).is_some(), "gated");
+    }
+
+    #[test]
+    fn pclk_clocks_tcnt_when_it_is_chosen() {
+        let mut gpt = Gpt::new(0);
+        gpt.clock(true);
+        assert_eq!(gpt.write(0, 0x20, 0x0007, 0x00FF), None);
+        for _ in 0..3 {
+            gpt.clock(true);
+            gpt.clock(false);
+        }
+        assert_eq!(gpt.read(1000, 0x0A, 0xFFFF), 3);
+        assert!(gpt.write(0, 0x20, 0x0800, 0xFF00).is_some(), "a compare has no clock");
     }
 
     #[test]

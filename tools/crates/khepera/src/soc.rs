@@ -6,7 +6,7 @@ use sim::{Ps, US};
 use crate::adc::Adc;
 use crate::bus::Fault;
 use crate::diagnostics::{Diagnostic, Diagnostics};
-use crate::drive::{Channel, Drive, MotorDrive, WHEELS};
+use crate::drive::{Channel, Drive, Edge, MotorDrive, WHEELS};
 use crate::gpt::Gpt;
 use crate::integration::{Integration, ResetCause};
 use crate::memory::{Device, Memory};
@@ -24,6 +24,9 @@ const ENCODER_PINS: [[u8; 2]; WHEELS] = [
     [board::BOARD_GP_LEFT_A as u8, board::BOARD_GP_LEFT_B as u8],
     [board::BOARD_GP_RIGHT_A as u8, board::BOARD_GP_RIGHT_B as u8],
 ];
+/// Wheels whose channel A also goes to pin PAI, and to pin PCLK.
+const COUNTED_WHEELS: [usize; 2] =
+    [board::BOARD_PAI_WHEEL as usize, board::BOARD_PCLK_WHEEL as usize];
 const DIRECTION_PINS: [u8; WHEELS] =
     [board::BOARD_GP_LEFT_FORWARD as u8, board::BOARD_GP_RIGHT_FORWARD as u8];
 
@@ -165,7 +168,20 @@ impl Soc {
     // ---- events
 
     fn watched(&self) -> [[bool; 2]; WHEELS] {
-        ENCODER_PINS.map(|pins| pins.map(|pin| self.gpt.watches(pin)))
+        let mut watched = ENCODER_PINS.map(|pins| pins.map(|pin| self.gpt.watches(pin)));
+        for (wheel, counted) in COUNTED_WHEELS.into_iter().zip(self.gpt.counts_pulses()) {
+            watched[wheel][Channel::A as usize] |= counted;
+        }
+        watched
+    }
+
+    fn encoder_edge(&mut self, clk: u64, edge: Edge) {
+        self.gpt.edge(clk, ENCODER_PINS[edge.wheel][edge.channel as usize], edge.high);
+        if edge.channel == Channel::A && edge.wheel == COUNTED_WHEELS[0] {
+            self.gpt.pulse(edge.high);
+        } else if edge.channel == Channel::A {
+            self.gpt.clock(edge.high);
+        }
     }
 
     /// What the motors get now.
@@ -220,7 +236,7 @@ impl Soc {
             let t = self.time.ps(clk);
             let drives = self.motors();
             if let Some(edge) = self.drive.event(t, self.watched(), drives, self.battery_mv) {
-                self.gpt.edge(clk, ENCODER_PINS[edge.wheel][edge.channel as usize], edge.high);
+                self.encoder_edge(clk, edge);
             }
             self.plan_drive();
         }
