@@ -102,6 +102,12 @@ static uint8_t counter_of(unsigned wheel)
     return wheel == BOARD_PAI_WHEEL ? PACNT : (uint8_t)TCNT;
 }
 
+/* TCNT's clock can be chosen once after a reset; a loader that needed it has chosen another. */
+static int has_counter(unsigned wheel)
+{
+    return wheel == BOARD_PAI_WHEEL || (TMSK2 & TMSK2_CPR_PCLK) == TMSK2_CPR_PCLK;
+}
+
 /* Counter and level of one moment. */
 static void look(unsigned wheel)
 {
@@ -186,7 +192,8 @@ static void choose_way(unsigned wheel)
     if (at->by_pulses != 0) {
         if (may_turn_back(at))
             count_by_edges(wheel);
-    } else if (at->driven != direction || at->moved * direction < BRISK_COUNTS) {
+    } else if (at->driven != direction || at->moved * direction < BRISK_COUNTS ||
+               !has_counter(wheel)) {
         at->steady = 0;
     } else if (++at->steady >= STEADY_LOOKS) {
         at->steady = STEADY_LOOKS;

@@ -3,8 +3,10 @@
 #include "board/khepera.h"
 #include "board/mc68331.h"
 
-#define TCNT_DIVIDE_256 0x06 /* TMSK2.CPR */
-#define TICKS_PER_MS    98u  /* 25.166 MHz / 256: 98.3; good enough for time-outs */
+/* Time is told by the PWM's counter: what clocks TCNT can be chosen once only, and the program does.
+ */
+#define PWMC_DIVIDE_128 0x60 /* PPR */
+#define TICKS_PER_MS    197u /* 25.166 MHz / 128: 196.6; good enough for time-outs */
 #define SCSR_TC         0x0080
 
 static uint16_t last_count;
@@ -14,15 +16,15 @@ static uint8_t opened;
 
 void clock_start(void)
 {
-    TMSK2 = TCNT_DIVIDE_256;
-    last_count = TCNT;
+    PWMC = PWMC_DIVIDE_128;
+    last_count = PWMCNT;
     rest = 0;
     ms = 0;
 }
 
 void line_breathe(void)
 {
-    uint16_t count = TCNT;
+    uint16_t count = PWMCNT;
 
     rest = (uint16_t)(rest + (uint16_t)(count - last_count));
     last_count = count;

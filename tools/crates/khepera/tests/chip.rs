@@ -591,8 +591,8 @@ fn a_compare_interrupts_at_its_count() {
 fn registers_that_are_not_modelled_are_listed_once_with_their_pc() {
     let mut base = program(
         &[(2, "missing")],
-        "move.b #0x40,(0xFFFFF90C).w   | pulse accumulator
-         move.b #0x40,(0xFFFFF90C).w
+        "move.b #0x60,(0xFFFFF90C).w   | pulse accumulator, gated
+         move.b #0x60,(0xFFFFF90C).w
          tst.w (0xFFFFFE00).w          | the 68332's TPU, not here
          stop #0x2700
          missing: stop #0x2700",

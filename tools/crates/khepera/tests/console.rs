@@ -479,16 +479,69 @@ fn a_save_survives_a_power_cut_at_any_flash_operation() {
     }
 }
 
+/// Counters as K-Team's command H tells them.
+fn counters(desk: &mut Desk) -> [i64; 2] {
+    let text = desk.ask("H");
+    let values: Vec<i64> =
+        text.trim_end().split(',').skip(1).map(|n| n.parse().expect("a number")).collect();
+    values.try_into().expect("two counters")
+}
+
 #[test]
-fn motion_takes_a_tenth_of_the_cpu_and_interrupts_are_served_in_time() {
+fn no_count_is_lost_whatever_the_motors_are_told() {
     let mut desk = Desk::new();
-    desk.ask("D,20,20");
+    let mut state = 7u32;
+    let mut draw = |from: i32, to: i32| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        from + ((state >> 8) % (to - from + 1) as u32) as i32
+    };
+    for round in 0..60 {
+        // Speeds, duties and what a player does at worst: full duty, reversed at once.
+        let command = match round % 3 {
+            0 => format!("D,{},{}\n", draw(-127, 127), draw(-127, 127)),
+            1 => format!("P,{},{}\n", draw(-255, 255), draw(-255, 255)),
+            _ => format!("P,{},{}\n", 255 * (2 * draw(0, 1) - 1), 255 * (2 * draw(0, 1) - 1)),
+        };
+        desk.send(command.as_bytes());
+        desk.wait(draw(15, 400) as Ps * MS);
+        if round % 5 == 4 {
+            desk.send(b"P,0,0\n");
+            desk.wait(800 * MS);
+            assert_eq!(desk.base.wheel_speeds_mm_s(), [0.0; 2]);
+            let true_counts = desk.base.wheel_travel_mm().map(|mm| (mm * 12.0).floor() as i64);
+            let counted = counters(&mut desk);
+            for wheel in 0..2 {
+                let error = counted[wheel] - true_counts[wheel];
+                assert!(error.abs() <= 1, "round {round}, wheel {wheel}: {error} counts");
+            }
+        }
+    }
+}
+
+/// Busy part of two seconds at `units` of K-Team's speed.
+fn load_at(desk: &mut Desk, units: u32) -> f64 {
+    desk.ask(&format!("D,{units},{units}"));
+    desk.wait(SECOND);
     let before = desk.base.load();
     desk.wait(2 * SECOND);
-    let load = desk.base.load().since(&before);
+    desk.base.load().since(&before)
+}
+
+#[test]
+fn motion_takes_a_tenth_of_the_cpu_at_twice_the_count_and_interrupts_are_served_in_time() {
+    let mut desk = Desk::new();
+    for units in [0, 20, 60, 100, 127] {
+        let load = load_at(&mut desk, units);
+        println!("load at {units} units: {:.2} %", 100.0 * load);
+        assert!(2.0 * load < 0.10, "{units} units: {load}");
+    }
+    // All the ways of counting, and of changing between them.
+    for units in [10, 30, -30, 120, -120, 0] {
+        desk.ask(&format!("D,{units},{units}"));
+        desk.wait(500 * MS);
+    }
     let latency = desk.base.worst_interrupt_latency().map(|time| time / US);
-    println!("load {:.1} %, worst interrupt latency by level, us: {latency:?}", 100.0 * load);
-    assert!(load < 0.10, "{load}");
+    println!("worst interrupt latency by level, us: {latency:?}");
     assert!(latency[6] < 40, "an encoder edge of 1 m/s must be read within 41 us: {latency:?}");
     assert!(latency[5] < 100 && latency[3] < 260, "a tick, a character of 38400 baud: {latency:?}");
 }
