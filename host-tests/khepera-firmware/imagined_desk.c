@@ -83,6 +83,11 @@ static void show_leds(void *context, uint8_t leds)
     ((desk_t *)context)->leds = leds;
 }
 
+static int console_waits(void *context)
+{
+    return ((desk_t *)context)->input_left > 0;
+}
+
 static int console_read(void *context)
 {
     desk_t *desk = context;
@@ -170,6 +175,7 @@ static const base_t functions = {
     .bus_read = bus_read,
     .bus_write = bus_write,
     .leds = show_leds,
+    .console_waits = console_waits,
     .console_read = console_read,
     .console_write = console_write,
     .console_room = console_room,

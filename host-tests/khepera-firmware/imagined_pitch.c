@@ -259,6 +259,11 @@ static int base_report(void *context, uint8_t wire[REPORT_SIZE], uint16_t *age_1
     return 1;
 }
 
+static int base_console_waits(void *context)
+{
+    return *((pitch_t *)context)->typed != '\0';
+}
+
 static int base_console_read(void *context)
 {
     pitch_t *pitch = context;
@@ -559,6 +564,7 @@ void pitch_begin(pitch_t *pitch, uint32_t seed, pitch_eyes_t eyes, double noise)
     pitch->base.encoders = base_encoders;
     pitch->base.motors = base_motors;
     pitch->base.report = base_report;
+    pitch->base.console_waits = base_console_waits;
     pitch->base.console_read = base_console_read;
     pitch->base.console_write = base_console_write;
     pitch->base.console_room = base_console_room;

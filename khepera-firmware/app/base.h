@@ -41,6 +41,8 @@ typedef struct {
     /* Bit 0 = LED 0, bit 1 = LED 1. */
     void (*leds)(void *context, uint8_t leds);
 
+    /* 1 if console_read() would give a character. */
+    int (*console_waits)(void *context);
     /* Next character from the console, or -1. */
     int (*console_read)(void *context);
     /* Queue characters to the console; those that the queue does not take are lost. */

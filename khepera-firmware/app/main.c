@@ -85,6 +85,12 @@ static void base_leds(void *context, uint8_t leds)
     leds_show(leds);
 }
 
+static int base_console_waits(void *context)
+{
+    (void)context;
+    return sci_waits();
+}
+
 static int base_console_read(void *context)
 {
     (void)context;
@@ -213,6 +219,7 @@ static base_t base = {
     .bus_read = base_bus_read,
     .bus_write = base_bus_write,
     .leds = base_leds,
+    .console_waits = base_console_waits,
     .console_read = base_console_read,
     .console_write = base_console_write,
     .console_room = base_console_room,

@@ -128,23 +128,28 @@ void motion_set_counters(motion_t *motion, int32_t left, int32_t right)
     motion->position[1] = right;
 }
 
-static void check_for_stall(motion_t *motion)
+static void declare_fault(motion_t *motion, uint8_t fault)
 {
     unsigned i;
 
-    for (i = 0; i < 2; i++) {
-        if (wheel_stalled(&motion->wheel[i]))
-            motion->fault |= (uint8_t)(1u << i);
-        motion->fault_sign[i] = 0;
-    }
-    if (motion->fault == 0)
-        return;
     for (i = 0; i < 2; i++)
-        if (motion->fault & 1u << i)
-            motion->fault_sign[i] = sign_of(motion->wheel[i].duty);
-    motion->new_fault |= motion->fault;
+        motion->fault_sign[i] = (int8_t)(fault & 1u << i ? sign_of(motion->wheel[i].duty) : 0);
+    motion->fault = fault;
+    motion->new_fault |= fault;
     motion->fault_periods = 0;
     all_off(motion);
+}
+
+static void check_for_stall(motion_t *motion)
+{
+    uint8_t fault = 0;
+
+    if (wheel_stalled(&motion->wheel[0]))
+        fault |= MOTION_FAULT_LEFT;
+    if (wheel_stalled(&motion->wheel[1]))
+        fault |= MOTION_FAULT_RIGHT;
+    if (fault != 0)
+        declare_fault(motion, fault);
 }
 
 void motion_step(motion_t *motion, const int32_t counts[2], int16_t duty[2])

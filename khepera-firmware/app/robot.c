@@ -377,6 +377,9 @@ static void show_leds(robot_t *robot)
 
     if (robot->playing)
         leds = (uint8_t)(LED_PLAYING | (robot->soccer.world.ball.known ? LED_BALL : 0u));
+    if (leds == robot->leds_shown)
+        return;
+    robot->leds_shown = leds;
     robot->base->leds(robot->base->context, leds);
 }
 
@@ -406,7 +409,8 @@ void robot_tick(robot_t *robot)
         duty[0] = duty[1] = 0;
     robot->base->motors(robot->base->context, duty[0], duty[1]);
     tell_faults(robot);
-    tell_transitions(robot);
+    if (robot->playing)
+        tell_transitions(robot);
     if (robot->ticks % SENSOR_TICKS == 0)
         read_sensors(robot);
     show_leds(robot);
@@ -414,21 +418,32 @@ void robot_tick(robot_t *robot)
     send_telemetry(robot);
 }
 
-int robot_poll(robot_t *robot)
+/* Nothing is under way on the console, and nothing has come. */
+static int console_rests(const robot_t *robot)
 {
-    uint16_t begin;
-    int more;
+    return robot->list == NULL && robot->register_answer == NULL && !robot->saving &&
+           robot->restart == 0 && robot->log.shown == robot->log.written &&
+           !robot->base->console_waits(robot->base->context);
+}
 
-    heed_stop_word(robot);
-    take_report(robot);
-    begin = now_fine(robot);
-    more = go_on_with_list(robot) || poll_console(robot);
+static int serve_console(robot_t *robot)
+{
+    uint16_t begin = now_fine(robot);
+    int more = go_on_with_list(robot) || poll_console(robot);
+
     more |= step_save(robot);
     more |= step_register(robot);
     print_live_log(robot);
     restart_when_sent(robot);
     tasks_ran(&robot->tasks, TASK_CONSOLE, begin, now_fine(robot));
     return more;
+}
+
+int robot_poll(robot_t *robot)
+{
+    heed_stop_word(robot);
+    take_report(robot);
+    return console_rests(robot) ? 0 : serve_console(robot);
 }
 
 /* ---- What others ask ---- */
@@ -501,6 +516,7 @@ void robot_init(robot_t *robot, const base_t *base)
     freshness_init(&robot->fresh);
     robot->silent_ticks = ROBOT_BLIND_SEARCH_TICKS;
     robot->playing = robot->emergency = robot->leds = robot->log_live = 0;
+    robot->leds_shown = UINT8_MAX; /* none of theirs */
     robot->list = NULL;
     robot->register_answer = NULL;
     robot->saving = robot->restart = robot->battery_low = 0;

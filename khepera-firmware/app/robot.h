@@ -52,6 +52,7 @@ typedef struct robot {
     uint8_t playing;
     uint8_t emergency; /* `estop` came in: the motors stay off until `estop clear` */
     uint8_t leds;      /* as command L wants them */
+    uint8_t leds_shown;
     uint8_t log_live;
     uint8_t saving;    /* `save` answers when it is done; other lines wait */
     robot_list_t list; /* under way, line by line, so that control is not held up; NULL = none */

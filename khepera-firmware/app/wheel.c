@@ -163,9 +163,12 @@ static int32_t forward_duty(const wheel_t *wheel, int32_t speed_q8)
     return speed_q8 * wheel->duty_q16 / 65536;
 }
 
-static int32_t sign_of(int32_t value)
+/* `value` with the sign of `of`, 0 for 0. */
+static int32_t signed_like(int32_t value, int32_t of)
 {
-    return (value > 0) - (value < 0);
+    if (of == 0)
+        return 0;
+    return of > 0 ? value : -value;
 }
 
 static int32_t pid(const wheel_gains_t *gains, int32_t error_q8, int32_t sum_q8, int32_t change_q8)
@@ -194,7 +197,7 @@ static int32_t speed_duty(const wheel_t *wheel, const wheel_settings_t *settings
     /* At rest and on the spot: off, not humming. */
     if (wheel->command_q8 == 0 && wheel->set_q8 == 0 && wheel->measured_q8 == 0)
         return 0;
-    return forward_duty(wheel, wheel->set_q8) + sign_of(wheel->set_q8) * settings->friction +
+    return forward_duty(wheel, wheel->set_q8) + signed_like(settings->friction, wheel->set_q8) +
            pid(&settings->speed, error_q8, wheel->lag_q8, error_q8 - wheel->last_error_q8);
 }
 
@@ -212,7 +215,12 @@ static int32_t step_speed(wheel_t *wheel, const wheel_settings_t *settings)
     return duty;
 }
 
-static int32_t step_position(wheel_t *wheel, const wheel_settings_t *settings)
+/* Not inlined: its registers would have to be saved for a speed step too. */
+#ifdef __GNUC__
+__attribute__((noinline))
+#endif
+static int32_t
+step_position(wheel_t *wheel, const wheel_settings_t *settings)
 {
     const wheel_gains_t *gains = &settings->position;
     int32_t near_q8 = settings->tolerance * 256;
@@ -230,8 +238,8 @@ static int32_t step_position(wheel_t *wheel, const wheel_settings_t *settings)
     if (size_of(wheel->lag_q8) > near_q8 || wheel->set_q8 != 0)
         wheel->arrived = 0;
     wheel->sum_q8 = limit_sum(wheel, gains, wheel->sum_q8 + wheel->lag_q8);
-    push = wheel->set_q8 != 0 ? sign_of(wheel->set_q8) : sign_of(wheel->lag_q8);
-    return forward_duty(wheel, wheel->set_q8) + push * settings->friction +
+    push = signed_like(settings->friction, wheel->set_q8 != 0 ? wheel->set_q8 : wheel->lag_q8);
+    return forward_duty(wheel, wheel->set_q8) + push +
            pid(gains, wheel->lag_q8, wheel->sum_q8, wheel->set_q8 - wheel->measured_q8);
 }
 
@@ -300,11 +308,6 @@ int16_t wheel_refresh(const wheel_t *wheel, const wheel_settings_t *settings)
     /* On a copy: the ramp itself advances once a period. */
     ramp(&ahead);
     return (int16_t)limit_current(&ahead, speed_duty(&ahead, settings));
-}
-
-int wheel_stalled(const wheel_t *wheel)
-{
-    return wheel->still_periods >= WHEEL_STALL_PERIODS;
 }
 
 int wheel_on_target(const wheel_t *wheel)

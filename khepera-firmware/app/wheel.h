@@ -77,7 +77,10 @@ int16_t wheel_step(wheel_t *wheel, const wheel_settings_t *settings, int32_t cou
 int16_t wheel_refresh(const wheel_t *wheel, const wheel_settings_t *settings);
 
 /* 1 if it has been driven for WHEEL_STALL_PERIODS without a count. */
-int wheel_stalled(const wheel_t *wheel);
+static inline int wheel_stalled(const wheel_t *wheel)
+{
+    return wheel->still_periods >= WHEEL_STALL_PERIODS;
+}
 
 /* 1 if a position is reached, or a speed is within its tolerance (one count a period). */
 int wheel_on_target(const wheel_t *wheel);

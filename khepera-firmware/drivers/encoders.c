@@ -76,78 +76,72 @@ INTERRUPT void encoder_right_isr(void)
 #define LOOKS_MAX    4
 
 typedef struct {
-    uint8_t capture; /* its bit in TMSK1 and TFLG1 */
-    uint8_t pin;     /* channel A in PORTGP */
-    uint8_t pulses;  /* rising edges when last looked at, wraps */
-    uint8_t high;    /* A then, 0 or 1 */
+    volatile int32_t *sum;
+    uint8_t capture;  /* its bit in TMSK1 and TFLG1 */
+    uint8_t pin;      /* channel A in PORTGP */
+    uint8_t pulses;   /* rising edges when last looked at, wraps */
+    uint8_t high;     /* A then, as in PORTGP */
     int8_t by_pulses; /* 0: by edges; else the direction in which it is counted */
     int8_t driven;    /* direction of its motor's duty, 0 = none */
-    uint8_t steady;   /* brisk looks so far; saturates */
+    uint8_t steady;   /* brisk looks so far, up to STEADY_LOOKS */
     int32_t counts;   /* at the last look */
     int32_t moved;    /* ... since the one before */
 } encoder_t;
 
 static encoder_t encoder[2] = {
-    {TFLG1_IC1, LEFT_A, 0, 0, 0, 0, 0, 0, 0},
-    {TFLG1_IC2, RIGHT_A, 0, 0, 0, 0, 0, 0, 0},
+    {&encoders_left, TFLG1_IC1, LEFT_A, 0, 0, 0, 0, 0, 0, 0},
+    {&encoders_right, TFLG1_IC2, RIGHT_A, 0, 0, 0, 0, 0, 0, 0},
 };
 
-static volatile int32_t *sum_of(unsigned wheel)
-{
-    return wheel == 0 ? &encoders_left : &encoders_right;
-}
-
-static uint8_t counter_of(unsigned wheel)
-{
-    return wheel == BOARD_PAI_WHEEL ? PACNT : (uint8_t)TCNT;
-}
+#define PAI_ENCODER  (&encoder[BOARD_PAI_WHEEL])
+#define PCLK_ENCODER (&encoder[BOARD_PCLK_WHEEL])
 
 /* TCNT's clock can be chosen once after a reset; a loader that needed it has chosen another. */
-static int has_counter(unsigned wheel)
+static int has_counter(const encoder_t *at)
 {
-    return wheel == BOARD_PAI_WHEEL || (TMSK2 & TMSK2_CPR_PCLK) == TMSK2_CPR_PCLK;
+    return at == PAI_ENCODER || (TMSK2 & TMSK2_CPR_PCLK) == TMSK2_CPR_PCLK;
+}
+
+static uint8_t counter_of(const encoder_t *at)
+{
+    return at == PAI_ENCODER ? PACNT : (uint8_t)TCNT;
 }
 
 /* Counter and level of one moment. */
-static void look(unsigned wheel)
+static void look(encoder_t *at)
 {
-    encoder_t *at = &encoder[wheel];
-    unsigned looks = 0;
+    unsigned looks = LOOKS_MAX;
+    uint8_t pulses;
 
     do {
-        at->pulses = counter_of(wheel);
-        at->high = (PORTGP & at->pin) != 0;
-    } while (counter_of(wheel) != at->pulses && ++looks < LOOKS_MAX);
+        pulses = counter_of(at);
+        at->high = PORTGP & at->pin;
+    } while (counter_of(at) != pulses && --looks > 0);
+    at->pulses = pulses;
 }
 
 /* Add what the counter has counted. */
-static void harvest(unsigned wheel)
+static void harvest(encoder_t *at)
 {
-    encoder_t *at = &encoder[wheel];
     uint8_t pulses = at->pulses;
     uint8_t high = at->high;
     int32_t edges;
 
-    look(wheel);
+    look(at);
     /* As many falling edges as rising ones, but for the one that the level tells. */
-    edges = 2 * (uint8_t)(at->pulses - pulses) + high - at->high;
-    *sum_of(wheel) += at->by_pulses > 0 ? edges : -edges;
-}
-
-static void forget_edge(const encoder_t *at)
-{
-    (void)TFLG1;
-    TFLG1 = (uint8_t)~at->capture;
+    edges = 2 * (uint8_t)(at->pulses - pulses);
+    if (high != at->high)
+        edges += high != 0 ? 1 : -1;
+    *at->sum += at->by_pulses > 0 ? edges : -edges;
 }
 
 /* Not if an edge waits for its interrupt: that one counts it, and the next look tries again. */
-static void count_by_pulses(unsigned wheel, int8_t direction)
+static void count_by_pulses(encoder_t *at, int8_t direction)
 {
-    encoder_t *at = &encoder[wheel];
     uint16_t status = access_mask();
 
     TMSK1 &= (uint8_t)~at->capture;
-    look(wheel);
+    look(at);
     if (TFLG1 & at->capture)
         TMSK1 |= at->capture;
     else
@@ -156,60 +150,78 @@ static void count_by_pulses(unsigned wheel, int8_t direction)
 }
 
 /* An edge before the last look is in the counter's sum, one after it will interrupt. */
-static void count_by_edges(unsigned wheel)
+static void count_by_edges(encoder_t *at)
 {
-    encoder_t *at = &encoder[wheel];
     uint16_t status = access_mask();
-    unsigned looks = 0;
+    unsigned looks = LOOKS_MAX;
 
     do {
-        forget_edge(at);
-        harvest(wheel);
-    } while ((TFLG1 & at->capture) && ++looks < LOOKS_MAX);
+        (void)TFLG1;
+        TFLG1 = (uint8_t)~at->capture;
+        harvest(at);
+    } while ((TFLG1 & at->capture) && --looks > 0);
     at->by_pulses = 0;
     at->steady = 0;
     TMSK1 |= at->capture;
     access_restore(status);
 }
 
-static int8_t sign_of(int32_t value)
-{
-    return (int8_t)((value > 0) - (value < 0));
-}
+/* ---- Which way ---- */
 
+/* Of a wheel counted by pulses. */
 static int may_turn_back(const encoder_t *at)
 {
-    int32_t speed = at->moved * at->by_pulses;
+    int32_t speed = at->by_pulses > 0 ? at->moved : -at->moved;
 
     return speed < SLACK_COUNTS || (speed < RUSH_COUNTS && at->driven == -at->by_pulses);
 }
 
-static void choose_way(unsigned wheel)
+/* Of a wheel counted by edges. */
+static int is_brisk(const encoder_t *at)
 {
-    encoder_t *at = &encoder[wheel];
-    int8_t direction = sign_of(at->moved);
+    if (at->moved > 0)
+        return at->moved >= BRISK_COUNTS && at->driven > 0;
+    return at->moved <= -BRISK_COUNTS && at->driven < 0;
+}
 
+static void choose_way(encoder_t *at)
+{
     if (at->by_pulses != 0) {
         if (may_turn_back(at))
-            count_by_edges(wheel);
-    } else if (at->driven != direction || at->moved * direction < BRISK_COUNTS ||
-               !has_counter(wheel)) {
+            count_by_edges(at);
+    } else if (!is_brisk(at) || !has_counter(at)) {
         at->steady = 0;
-    } else if (++at->steady >= STEADY_LOOKS) {
-        at->steady = STEADY_LOOKS;
-        count_by_pulses(wheel, direction);
+    } else if (at->steady + 1u < STEADY_LOOKS) {
+        at->steady++;
+    } else {
+        count_by_pulses(at, at->driven);
     }
+}
+
+static void drive(encoder_t *at, int16_t duty)
+{
+    int8_t direction = (int8_t)(duty > 0 ? 1 : duty < 0 ? -1 : 0);
+
+    if (at->driven == direction)
+        return;
+    at->driven = direction;
+    at->steady = 0;
+    if (at->by_pulses != 0 && may_turn_back(at))
+        count_by_edges(at);
+}
+
+static void begin(encoder_t *at)
+{
+    at->by_pulses = 0;
+    at->driven = 0;
+    at->steady = 0;
+    at->counts = *at->sum;
 }
 
 void encoders_init(void)
 {
-    unsigned wheel;
-
-    for (wheel = 0; wheel < 2; wheel++) {
-        encoder[wheel].by_pulses = encoder[wheel].driven = 0;
-        encoder[wheel].steady = 0;
-        encoder[wheel].counts = *sum_of(wheel);
-    }
+    begin(PAI_ENCODER);
+    begin(PCLK_ENCODER);
     PACTL = PACTL_PAEN | PACTL_PEDGE;
     TMSK2 = TMSK2_CPR_PCLK;
     ICR = ICR_VALUE;
@@ -221,36 +233,23 @@ void encoders_init(void)
 
 void encoders_read(int32_t counts[2])
 {
-    unsigned wheel;
+    encoder_t *at;
 
-    for (wheel = 0; wheel < 2; wheel++) {
-        encoder_t *at = &encoder[wheel];
+    for (at = &encoder[0]; at < &encoder[2]; at++) {
         int32_t now;
 
         if (at->by_pulses != 0)
-            harvest(wheel);
-        now = *sum_of(wheel);
+            harvest(at);
+        now = *at->sum;
         at->moved = (int32_t)((uint32_t)now - (uint32_t)at->counts);
         at->counts = now;
-        counts[wheel] = now;
-        choose_way(wheel);
+        *counts++ = now;
+        choose_way(at);
     }
 }
 
 void encoders_driven(int16_t left, int16_t right)
 {
-    const int16_t duty[2] = {left, right};
-    unsigned wheel;
-
-    for (wheel = 0; wheel < 2; wheel++) {
-        encoder_t *at = &encoder[wheel];
-        int8_t direction = sign_of(duty[wheel]);
-
-        if (at->driven == direction)
-            continue;
-        at->driven = direction;
-        at->steady = 0;
-        if (at->by_pulses != 0 && may_turn_back(at))
-            count_by_edges(wheel);
-    }
+    drive(&encoder[0], left);
+    drive(&encoder[1], right);
 }

@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-#define MOTOR_FULL 255 /* largest duty, of 256 */
+#define MOTOR_FULL          255 /* largest duty, of 256 */
 /* System clocks that the PWM's counter counts once; tick_fine() reads the time from it. */
 #define MOTOR_CLOCK_DIVIDER 4u
 

@@ -5,14 +5,14 @@
 #include "board/khepera.h"
 #include "board/mc68331.h"
 
-#define PORTQS_IDLE  0x78             /* PCS3..0 high, SCK low (CPOL = 0) */
-#define PQSPAR_VALUE 0x7B             /* PCS3..0, MOSI, MISO belong to the QSPI */
-#define DDRQS_VALUE  0x7E             /* all of them but MISO are outputs */
-#define SPCR0_VALUE  (SPCR0_MSTR | 6) /* 16 bits, mode 0, 25.166 MHz / 12 */
+#define PORTQS_IDLE     0x78             /* PCS3..0 high, SCK low (CPOL = 0) */
+#define PQSPAR_VALUE    0x7B             /* PCS3..0, MOSI, MISO belong to the QSPI */
+#define DDRQS_VALUE     0x7E             /* all of them but MISO are outputs */
+#define SPCR0_VALUE     (SPCR0_MSTR | 6) /* 16 bits, mode 0, 25.166 MHz / 12 */
 /* SPCR1.DTL counts 32 clocks. */
 #define DELAY_PER_US_Q5 (BOARD_SYSTEM_HZ / 1000000u)
 /* A run takes 0.4 ms at most: one that lasts a whole tick is dead. */
-#define RUN_TICKS    2u
+#define RUN_TICKS       2u
 
 /* Shared by interrupts and program; the program masks interrupts around it. */
 static const qspi_job_t *volatile waiting[QSPI_OWNER_COUNT];

@@ -166,6 +166,11 @@ static void start_transmitter(void)
     access_restore(status);
 }
 
+int sci_waits(void)
+{
+    return rx.head != rx.tail;
+}
+
 int sci_read(void)
 {
     uint8_t character;

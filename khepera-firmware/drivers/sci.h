@@ -27,6 +27,9 @@
  * levels), interrupts still masked. */
 void sci_init(uint32_t baud);
 
+/* 1 if sci_read() would give something. */
+int sci_waits(void);
+
 /* Next character received, 0..255, SCI_DAMAGED for one or more that are missing; -1 if there is
  * none.
  */

@@ -5,7 +5,7 @@
 #include "drivers/interrupts.h"
 #include "drivers/motors.h"
 
-#define PIT_PERIOD      82     /* PTP = 0: 82 * 4 / 32768 Hz */
+#define PIT_PERIOD      82 /* PTP = 0: 82 * 4 / 32768 Hz */
 /* Counts of PWMCNT in one of the fine clock. */
 #define PWMCNT_PER_FINE (BOARD_SYSTEM_HZ / MOTOR_CLOCK_DIVIDER / TICK_FINE_HZ)
 #define GPTMCR_SUPV     0x0080 /* supervisor access only, as after reset */
@@ -26,8 +26,8 @@ INTERRUPT void tick_isr(void)
     uint16_t counts = (uint16_t)(PWMCNT - (uint16_t)mark);
     uint16_t fine = (uint16_t)(counts / PWMCNT_PER_FINE);
 
-    fine_mark = (uint32_t)(uint16_t)((mark >> 16) + fine) << 16 |
-                (uint16_t)(mark + fine * PWMCNT_PER_FINE);
+    fine_mark =
+        (uint32_t)(uint16_t)((mark >> 16) + fine) << 16 | (uint16_t)(mark + fine * PWMCNT_PER_FINE);
     if (pending < UINT8_MAX)
         pending++;
     interrupts_work = 1;

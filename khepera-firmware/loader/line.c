@@ -3,7 +3,8 @@
 #include "board/khepera.h"
 #include "board/mc68331.h"
 
-/* Time is told by the PWM's counter: what clocks TCNT can be chosen once only, and the program does.
+/* Time is told by the PWM's counter: what clocks TCNT can be chosen once only, and the program
+ * does.
  */
 #define PWMC_DIVIDE_128 0x60 /* PPR */
 #define TICKS_PER_MS    197u /* 25.166 MHz / 128: 196.6; good enough for time-outs */

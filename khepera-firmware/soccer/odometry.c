@@ -19,6 +19,15 @@ static int32_t add_limited(int32_t at_q16, int32_t step_q16)
     return sum < -LIMIT_Q16 ? -LIMIT_Q16 : sum;
 }
 
+/* A way's share along an axis, 1/65536 mm. */
+static int32_t along_q16(int32_t way_q12, int16_t cosine_q14)
+{
+    /* A way of a tick, up to 32 mm, in 32 bits: longer products are dear. */
+    if (way_q12 < 1L << 17 && way_q12 > -(1L << 17))
+        return (way_q12 * cosine_q14) >> 10;
+    return (int32_t)(((int64_t)way_q12 * cosine_q14) >> 10);
+}
+
 void odometry_set(odometry_t *odometry, const pose_t *pose)
 {
     odometry->x_q16 = pose->x_q4 * 4096;
@@ -34,11 +43,8 @@ void odometry_add(odometry_t *odometry, int32_t left_counts, int32_t right_count
     uint32_t turn_half_q32 = (uint32_t)((right_counts - left_counts) * (TURN_PER_COUNT_Q32 / 2));
     angle_t mean = angle_wrap((int32_t)((odometry->heading_q32 + turn_half_q32) >> 16));
 
-    /* In 1/4096 mm a step of 83 mm times 2^14 would overflow: take the products 64-bit. */
-    odometry->x_q16 =
-        add_limited(odometry->x_q16, (int32_t)(((int64_t)forward_q12 * angle_cos_q14(mean)) >> 10));
-    odometry->y_q16 =
-        add_limited(odometry->y_q16, (int32_t)(((int64_t)forward_q12 * angle_sin_q14(mean)) >> 10));
+    odometry->x_q16 = add_limited(odometry->x_q16, along_q16(forward_q12, angle_cos_q14(mean)));
+    odometry->y_q16 = add_limited(odometry->y_q16, along_q16(forward_q12, angle_sin_q14(mean)));
     odometry->heading_q32 += turn_q32;
 }
 

@@ -91,6 +91,126 @@ static void encoders_count_both_ways(void)
     TEST_ASSERT_EQUAL_INT32(before[1] - 2, counts[1]);
 }
 
+/* A look at the left wheel after `edges` of A, forward; how far it went since the last one. */
+static int32_t period_by_edges(unsigned edges)
+{
+    static int32_t last;
+    int32_t counts[2];
+    int32_t moved;
+    unsigned i;
+
+    for (i = 0; i < edges; i++)
+        edge(encoder_left_isr, i % 2 == 0, i % 2 != 0);
+    TFLG1 = 0;
+    encoders_read(counts);
+    moved = counts[0] - last;
+    last = counts[0];
+    return moved;
+}
+
+static int32_t period_by_pulses(unsigned pulses, unsigned high)
+{
+    PACNT = (uint8_t)(PACNT + pulses);
+    PORTGP = (uint8_t)(high << BOARD_GP_LEFT_A);
+    return period_by_edges(0);
+}
+
+static int left_interrupts(void)
+{
+    return (TMSK1 & TFLG1_IC1) != 0;
+}
+
+/* Brisk, driven forward for two periods: counted by pulses from then on. */
+static void become_brisk(void)
+{
+    encoders_init();
+    encoders_driven(100, 0);
+    PACNT = 250;
+    (void)period_by_edges(0);
+    (void)period_by_edges(20);
+    TEST_ASSERT_TRUE(left_interrupts());
+    TEST_ASSERT_EQUAL_INT32(20, period_by_edges(20));
+    TEST_ASSERT_FALSE(left_interrupts());
+}
+
+static void a_brisk_wheel_is_counted_by_pulses_until_it_is_slow(void)
+{
+    become_brisk();
+    TEST_ASSERT_EQUAL_INT32_MESSAGE(19, period_by_pulses(10, 1), "one falling edge to come");
+    TEST_ASSERT_EQUAL_INT32_MESSAGE(21, period_by_pulses(10, 0), "... came");
+    TEST_ASSERT_EQUAL_INT32(120, period_by_pulses(60, 0));
+    TEST_ASSERT_FALSE(left_interrupts());
+    TEST_ASSERT_EQUAL_INT32_MESSAGE(10, period_by_pulses(5, 0), "slow: counted, then by edges");
+    TEST_ASSERT_TRUE(left_interrupts());
+    TEST_ASSERT_EQUAL_INT32(3, period_by_edges(3));
+}
+
+static void a_wheel_driven_back_is_counted_by_edges_at_once_unless_it_rushes(void)
+{
+    become_brisk();
+    (void)period_by_pulses(35, 0);
+    encoders_driven(-255, 0);
+    TEST_ASSERT_FALSE_MESSAGE(left_interrupts(), "70 counts a period: it cannot turn back in one");
+    TEST_ASSERT_EQUAL_INT32(50, period_by_pulses(25, 0));
+    TEST_ASSERT_TRUE(left_interrupts());
+
+    become_brisk();
+    PACNT = (uint8_t)(PACNT + 4);
+    encoders_driven(-1, 0);
+    TEST_ASSERT_TRUE(left_interrupts());
+    TEST_ASSERT_EQUAL_INT32_MESSAGE(8 + 2, period_by_edges(2), "nothing is lost or counted twice");
+}
+
+static void a_wheel_that_coasts_or_is_driven_back_is_never_begun_to_be_counted_by_pulses(void)
+{
+    int16_t duty;
+
+    for (duty = -1; duty <= 0; duty++) {
+        unsigned i;
+
+        encoders_init();
+        encoders_driven(duty, 0);
+        for (i = 0; i < 5; i++) {
+            (void)period_by_edges(40);
+            TEST_ASSERT_TRUE(left_interrupts());
+        }
+    }
+}
+
+static void without_its_clock_the_right_wheel_is_counted_by_edges(void)
+{
+    int32_t counts[2];
+    unsigned period;
+    unsigned i;
+
+    encoders_init();
+    TMSK2 = 6; /* what a loader may have left: it cannot be changed any more */
+    encoders_driven(0, 100);
+    for (period = 0; period < 4; period++) {
+        for (i = 0; i < 30; i++)
+            edge(encoder_right_isr, i % 2 == 0, i % 2 != 0);
+        TFLG1 = 0;
+        encoders_read(counts);
+        TEST_ASSERT_TRUE(TMSK1 & TFLG1_IC2);
+    }
+}
+
+static void the_fine_clock_goes_on_while_the_counter_behind_it_wraps(void)
+{
+    uint16_t before;
+    unsigned i;
+
+    PWMCNT = 65000;
+    tick_init();
+    before = tick_fine();
+    for (i = 0; i < 20; i++) {
+        PWMCNT = (uint16_t)(PWMCNT + 62976); /* a tick's */
+        tick_isr();
+    }
+    PWMCNT = (uint16_t)(PWMCNT + 640);
+    TEST_ASSERT_EQUAL_UINT16(before + 20 * 984 + 10, tick_fine());
+}
+
 static void ticks_are_counted_until_taken(void)
 {
     tick_init();
@@ -144,6 +264,11 @@ int main(void)
     RUN_TEST(motors_get_duty_and_direction);
     RUN_TEST(leds_leave_the_emitters_alone);
     RUN_TEST(encoders_count_both_ways);
+    RUN_TEST(a_brisk_wheel_is_counted_by_pulses_until_it_is_slow);
+    RUN_TEST(a_wheel_driven_back_is_counted_by_edges_at_once_unless_it_rushes);
+    RUN_TEST(a_wheel_that_coasts_or_is_driven_back_is_never_begun_to_be_counted_by_pulses);
+    RUN_TEST(without_its_clock_the_right_wheel_is_counted_by_edges);
+    RUN_TEST(the_fine_clock_goes_on_while_the_counter_behind_it_wraps);
     RUN_TEST(ticks_are_counted_until_taken);
     RUN_TEST(the_watchdog_gets_its_second_word_last);
     RUN_TEST(every_reset_cause_has_its_name);

@@ -17,6 +17,7 @@
 
 #define ATTENTION (1u << BOARD_TURRET_ATTENTION_IRQ)
 #define EMITTERS  (1u << BOARD_PF_EMITTERS)
+#define FINE      64 /* counts of PWMCNT in one of tick_fine() */
 
 void qspi_isr(void);
 void turret_attention_isr(void);
@@ -77,7 +78,7 @@ static void attention_fetches_a_report_of_16_words_with_one_select(void)
 {
     unsigned i;
 
-    TCNT = 100;
+    PWMCNT = 100 * FINE;
     turret_attention_isr();
     TEST_ASSERT_TRUE(is_running());
     TEST_ASSERT_EQUAL_UINT(16, words_of_run());
@@ -90,7 +91,7 @@ static void attention_fetches_a_report_of_16_words_with_one_select(void)
     end_run(0x0102, 0x0202);
     TEST_ASSERT_EQUAL_HEX8(ATTENTION, PFPAR);
     TEST_ASSERT_EQUAL_UINT8(1, interrupts_work);
-    TCNT = 130;
+    PWMCNT = 130 * FINE;
     TEST_ASSERT_EQUAL(1, turret_take(wire, &age));
     for (i = 0; i < TURRET_REPORT_BYTES; i++)
         TEST_ASSERT_EQUAL_UINT8(i + 1, wire[i]);
