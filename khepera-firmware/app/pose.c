@@ -10,9 +10,9 @@ void base_pose_reset(base_pose_t *pose)
 /* Move whole 1/256 mm from `rest` to `sum`, which wraps. */
 static void carry(int32_t *sum_q8, int32_t *rest_q16)
 {
-    int32_t whole = *rest_q16 / 256;
+    int32_t whole = *rest_q16 >> 8;
 
-    *rest_q16 -= whole * 256;
+    *rest_q16 &= 255;
     *sum_q8 = (int32_t)((uint32_t)*sum_q8 + (uint32_t)whole);
 }
 

@@ -3,6 +3,7 @@
 #include <stddef.h>
 
 #include "app/kteam.h"
+#include "app/seldom.h"
 #include "app/shell.h"
 
 /* Console characters a poll: a flood may not starve the control loop. */
@@ -103,7 +104,7 @@ int robot_play(robot_t *robot, angle_t heading)
     return 1;
 }
 
-static void tell_faults(robot_t *robot)
+SELDOM static void tell_faults(robot_t *robot)
 {
     uint8_t fault = motion_take_fault(&robot->motion);
 
@@ -243,12 +244,12 @@ static void print_live_log(robot_t *robot)
     }
 }
 
-static void send_telemetry(robot_t *robot)
+SELDOM static void send_telemetry(robot_t *robot)
 {
     telemetry_t *telemetry = &robot->telemetry;
     unsigned i;
 
-    if (telemetry->count == 0 || --telemetry->wait_ticks > 0)
+    if (--telemetry->wait_ticks > 0)
         return;
     telemetry->wait_ticks = telemetry->period_ticks;
     if (!has_room(robot, BACKGROUND_ROOM + telemetry_line_size(telemetry))) {
@@ -286,16 +287,12 @@ static int steer(robot_t *robot)
     return 1;
 }
 
-static void take_report(robot_t *robot)
+SELDOM static void use_report(robot_t *robot, const uint8_t wire[REPORT_SIZE], uint16_t age_100us)
 {
-    uint8_t wire[REPORT_SIZE];
-    uint16_t age_100us;
     report_t report;
     uint16_t begin = now_fine(robot);
     int16_t duty[2];
 
-    if (!robot->base->report(robot->base->context, wire, &age_100us))
-        return;
     if (report_decode(wire, &report) != REPORT_OK) {
         if (robot->bad_reports < UINT16_MAX)
             robot->bad_reports++;
@@ -322,7 +319,16 @@ static void take_report(robot_t *robot)
     tasks_ran(&robot->tasks, TASK_REPORT, begin, now_fine(robot));
 }
 
-static void tell_transitions(robot_t *robot)
+static void take_report(robot_t *robot)
+{
+    uint8_t wire[REPORT_SIZE];
+    uint16_t age_100us;
+
+    if (robot->base->report(robot->base->context, wire, &age_100us))
+        use_report(robot, wire, age_100us);
+}
+
+SELDOM static void tell_transitions(robot_t *robot)
 {
     strategy_event_t event;
 
@@ -355,7 +361,7 @@ static void count_silence(robot_t *robot)
         log_write(&robot->log, LOG_TURRET, LOG_WARN, "no reports for 200 ms");
 }
 
-static void read_sensors(robot_t *robot)
+SELDOM static void read_sensors(robot_t *robot)
 {
     uint8_t was_silent = robot->sensors.silent;
 
@@ -408,14 +414,16 @@ void robot_tick(robot_t *robot)
     if (robot->emergency)
         duty[0] = duty[1] = 0;
     robot->base->motors(robot->base->context, duty[0], duty[1]);
-    tell_faults(robot);
+    if (robot->motion.new_fault)
+        tell_faults(robot);
     if (robot->playing)
         tell_transitions(robot);
     if (robot->ticks % SENSOR_TICKS == 0)
         read_sensors(robot);
     show_leds(robot);
     tasks_ran(&robot->tasks, TASK_CONTROL, begin, now_fine(robot));
-    send_telemetry(robot);
+    if (robot->telemetry.count != 0)
+        send_telemetry(robot);
 }
 
 /* Nothing is under way on the console, and nothing has come. */
@@ -426,7 +434,7 @@ static int console_rests(const robot_t *robot)
            !robot->base->console_waits(robot->base->context);
 }
 
-static int serve_console(robot_t *robot)
+SELDOM static int serve_console(robot_t *robot)
 {
     uint16_t begin = now_fine(robot);
     int more = go_on_with_list(robot) || poll_console(robot);

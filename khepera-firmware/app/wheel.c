@@ -1,5 +1,6 @@
 #include "app/wheel.h"
 
+#include "app/seldom.h"
 #include "soccer/angle.h"
 
 /* 12 counts/mm / 100 Hz * 256 = 30.72 per mm/s. */
@@ -215,12 +216,7 @@ static int32_t step_speed(wheel_t *wheel, const wheel_settings_t *settings)
     return duty;
 }
 
-/* Not inlined: its registers would have to be saved for a speed step too. */
-#ifdef __GNUC__
-__attribute__((noinline))
-#endif
-static int32_t
-step_position(wheel_t *wheel, const wheel_settings_t *settings)
+SELDOM static int32_t step_position(wheel_t *wheel, const wheel_settings_t *settings)
 {
     const wheel_gains_t *gains = &settings->position;
     int32_t near_q8 = settings->tolerance * 256;

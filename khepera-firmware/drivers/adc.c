@@ -80,7 +80,8 @@ void adc_init(void)
 
 void adc_tick(void)
 {
-    phase = (uint8_t)((phase + 1u) % PHASES);
+    if (++phase == PHASES)
+        phase = 0;
     if (ticks_without < SILENT_TICKS)
         ticks_without++;
     if (phase % 2u == 0 || phase == PHASE_AMBIENT)

@@ -32,9 +32,8 @@ static int32_t interpolate(const int16_t *table, uint32_t index_q8)
     return *entry + ((step * fraction + 128) >> 8);
 }
 
-int16_t angle_sin_q14(angle_t angle)
+static inline int16_t sine_of_turn(uint16_t turn)
 {
-    uint16_t turn = (uint16_t)angle;
     uint16_t within = turn & 0x3FFFu;
     int32_t value;
 
@@ -44,9 +43,14 @@ int16_t angle_sin_q14(angle_t angle)
     return (int16_t)(turn & 0x8000u ? -value : value);
 }
 
+int16_t angle_sin_q14(angle_t angle)
+{
+    return sine_of_turn((uint16_t)angle);
+}
+
 int16_t angle_cos_q14(angle_t angle)
 {
-    return angle_sin_q14(angle_wrap(angle + ANGLE_90));
+    return sine_of_turn((uint16_t)((uint16_t)angle + ANGLE_90));
 }
 
 angle_t angle_of(int32_t x, int32_t y)
