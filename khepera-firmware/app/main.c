@@ -254,11 +254,12 @@ static void poll_drivers(void)
 /* Sleep until there is something to do. Encoder edges come by thousands a second and are none. */
 static void wait_for_work(void)
 {
-    tasks_sleep(&robot.tasks, tick_fine());
+    uint16_t begin = tick_fine();
+
     access_sleep_until(&interrupts_work);
     interrupts_work = 0;
     access_unmask();
-    tasks_wake(&robot.tasks, tick_fine());
+    tasks_slept(&robot.tasks, begin, tick_fine());
 }
 
 static void init_base(void)

@@ -309,6 +309,7 @@ SELDOM static void use_report(robot_t *robot, const uint8_t wire[REPORT_SIZE], u
     robot->report = report;
     robot->reports++;
     robot->silent_ticks = 0;
+    heed_stop_word(robot); /* what it turned off, a report may not turn on */
     if (robot->playing) {
         soccer_see(&robot->soccer, &report, age_100us);
         if (!steer(robot))
@@ -437,7 +438,10 @@ static int console_rests(const robot_t *robot)
 SELDOM static int serve_console(robot_t *robot)
 {
     uint16_t begin = now_fine(robot);
-    int more = go_on_with_list(robot) || poll_console(robot);
+    int more;
+
+    heed_stop_word(robot);
+    more = go_on_with_list(robot) || poll_console(robot);
 
     more |= step_save(robot);
     more |= step_register(robot);
@@ -449,7 +453,6 @@ SELDOM static int serve_console(robot_t *robot)
 
 int robot_poll(robot_t *robot)
 {
-    heed_stop_word(robot);
     take_report(robot);
     return console_rests(robot) ? 0 : serve_console(robot);
 }

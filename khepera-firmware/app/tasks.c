@@ -12,11 +12,28 @@ void tasks_init(tasks_t *tasks, uint16_t now_fine)
 
     for (i = 0; i < TASK_COUNT; i++)
         tasks->task[i].runs = 0;
-    tasks->busy_fine = 0;
+    tasks->idle_fine = 0;
     tasks->second_fine = 0;
     tasks->mark_fine = now_fine;
     tasks->load_percent = 0;
     tasks_clear(tasks);
+}
+
+static void end_second(tasks_t *tasks)
+{
+    uint32_t idle_percent = tasks->idle_fine / (tasks->second_fine / 100u);
+
+    tasks->load_percent = (uint8_t)(idle_percent > 100u ? 0u : 100u - idle_percent);
+    tasks->idle_fine = 0;
+    tasks->second_fine = 0;
+}
+
+static void count_tick(tasks_t *tasks, uint16_t now_fine)
+{
+    tasks->second_fine += (uint16_t)(now_fine - tasks->mark_fine);
+    tasks->mark_fine = now_fine;
+    if (tasks->second_fine >= BASE_FINE_HZ)
+        end_second(tasks);
 }
 
 void tasks_ran(tasks_t *tasks, task_t task, uint16_t begin_fine, uint16_t end_fine)
@@ -27,30 +44,8 @@ void tasks_ran(tasks_t *tasks, task_t task, uint16_t begin_fine, uint16_t end_fi
     times->last_fine = (uint16_t)(end_fine - begin_fine);
     if (times->last_fine > times->worst_fine)
         times->worst_fine = times->last_fine;
-}
-
-static uint16_t stretch(tasks_t *tasks, uint16_t now_fine)
-{
-    uint16_t length = (uint16_t)(now_fine - tasks->mark_fine);
-
-    tasks->mark_fine = now_fine;
-    tasks->second_fine += length;
-    return length;
-}
-
-void tasks_sleep(tasks_t *tasks, uint16_t now_fine)
-{
-    tasks->busy_fine += stretch(tasks, now_fine);
-    if (tasks->second_fine < BASE_FINE_HZ)
-        return;
-    tasks->load_percent = (uint8_t)(tasks->busy_fine / (tasks->second_fine / 100u));
-    tasks->busy_fine = 0;
-    tasks->second_fine = 0;
-}
-
-void tasks_wake(tasks_t *tasks, uint16_t now_fine)
-{
-    (void)stretch(tasks, now_fine);
+    if (task == TASK_CONTROL)
+        count_tick(tasks, begin_fine);
 }
 
 void tasks_clear(tasks_t *tasks)

@@ -19,10 +19,10 @@ typedef struct {
 
 typedef struct {
     task_times_t task[TASK_COUNT];
-    uint32_t late_ticks; /* ticks that came before the one before was done */
-    uint32_t busy_fine;  /* of the present second */
-    uint32_t second_fine;
-    uint16_t mark_fine;   /* when the present stretch began */
+    uint32_t late_ticks;  /* ticks that came before the one before was done */
+    uint32_t idle_fine;   /* asleep in the present second */
+    uint16_t mark_fine;   /* when the last tick came */
+    uint32_t second_fine; /* length of the present second so far */
     uint8_t load_percent; /* of the last whole second, interrupts included where they hit */
 } tasks_t;
 
@@ -31,9 +31,11 @@ void tasks_init(tasks_t *tasks, uint16_t now_fine);
 /* A task ran from `begin_fine` to `end_fine`. */
 void tasks_ran(tasks_t *tasks, task_t task, uint16_t begin_fine, uint16_t end_fine);
 
-/* The main loop goes to sleep, and wakes up. */
-void tasks_sleep(tasks_t *tasks, uint16_t now_fine);
-void tasks_wake(tasks_t *tasks, uint16_t now_fine);
+/* The main loop has slept from `begin_fine` to `end_fine`. */
+static inline void tasks_slept(tasks_t *tasks, uint16_t begin_fine, uint16_t end_fine)
+{
+    tasks->idle_fine += (uint16_t)(end_fine - begin_fine);
+}
 
 /* Forget the worst times. */
 void tasks_clear(tasks_t *tasks);

@@ -11,6 +11,8 @@
 /* At this duty a healthy wheel turns: more than friction takes at rest. */
 #define STALL_DUTY     12
 #define COUNTS_LIMIT   1000
+/* From one look at settings that nobody changes to the next. */
+#define LOOK_PERIODS   7u
 
 static int32_t clamp(int32_t value, int32_t limit)
 {
@@ -44,6 +46,7 @@ void wheel_init(wheel_t *wheel)
     wheel->ramp_q8 = 1;
     wheel->sum_gain = -1;
     wheel->top_mm_s = 0; /* none: see take_settings() */
+    wheel->next_look = 0;
     wheel_off(wheel);
 }
 
@@ -147,8 +150,9 @@ static void trapezoid(wheel_t *wheel)
 /* ---- Control ---- */
 
 /* Divisions are dear: done when a setting has changed. */
-static void take_settings(wheel_t *wheel, const wheel_settings_t *settings)
+SELDOM static void take_settings(wheel_t *wheel, const wheel_settings_t *settings)
 {
+    wheel->next_look = LOOK_PERIODS;
     if (wheel->top_mm_s == settings->top_mm_s &&
         wheel->current_percent == settings->current_percent)
         return;
@@ -266,7 +270,8 @@ static int32_t control(wheel_t *wheel, const wheel_settings_t *settings)
     int position = wheel->mode == WHEEL_POSITION;
     int32_t duty;
 
-    take_settings(wheel, settings);
+    if (wheel->next_look-- == 0)
+        take_settings(wheel, settings);
     duty = position ? step_position(wheel, settings) : step_speed(wheel, settings);
 
     if (is_zero(position ? &settings->position : &settings->speed))

@@ -22,7 +22,7 @@ typedef struct {
     int32_t p, i, d; /* 0..32767 */
 } wheel_gains_t;
 
-/* What all wheels share; the owner may change it at any time. */
+/* What all wheels share; the owner may change it at any time: it counts within 80 ms. */
 typedef struct {
     wheel_gains_t speed;
     wheel_gains_t position;
@@ -53,6 +53,7 @@ typedef struct {
     int32_t current_limit; /* duty above the speed's own */
     int32_t sum_gain;      /* integral gain that sum_limit_q8 was computed from */
     int32_t sum_limit_q8;
+    uint8_t next_look;     /* periods until top_mm_s and current_percent are compared again */
     int16_t duty;          /* the last answer */
     uint8_t still_periods; /* driven, and no count; saturates */
     uint8_t arrived;       /* WHEEL_POSITION: at rest within the tolerance */

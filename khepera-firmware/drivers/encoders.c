@@ -67,12 +67,12 @@ INTERRUPT void encoder_right_isr(void)
 /* Counts from one look to the next, 10 ms. A motor reversed at full duty brakes a wheel by 10 mm/s
  * a millisecond and another 10 for each 0.5 m/s it has: from 500 mm/s on it does not stand within a
  * period (60 counts). Below that, and driven the way it turns or not at all, it only rolls out. */
-#define BRISK_COUNTS 16 /* 130 mm/s: by pulses from here, */
-#define SLACK_COUNTS 12 /* ... and by edges below */
+#define BRISK_COUNTS 3 /* 25 mm/s: by pulses from here, */
+#define SLACK_COUNTS 2 /* ... and by edges below */
 #define RUSH_COUNTS  60
 /* So many brisk periods in a row, driven the same way all the time: then its direction is sure. */
 #define STEADY_LOOKS 2
-/* Edges are at least 80 us apart: a second look finds the counter at rest. */
+/* Edges are at least 80 us apart: after one that comes in between, a second look meets none. */
 #define LOOKS_MAX    4
 
 typedef struct {
@@ -107,32 +107,33 @@ static uint8_t counter_of(const encoder_t *at)
     return at == PAI_ENCODER ? PACNT : (uint8_t)TCNT;
 }
 
-/* Counter and level of one moment. */
-static void look(encoder_t *at)
+/* Counter and level of one moment; returns the edges since the last look. */
+static inline int32_t look(encoder_t *at)
 {
-    unsigned looks = LOOKS_MAX;
-    uint8_t pulses;
+    uint8_t pulses = counter_of(at);
+    uint8_t high = PORTGP & at->pin;
+    uint8_t again = counter_of(at);
+    int32_t edges;
 
-    do {
-        pulses = counter_of(at);
-        at->high = PORTGP & at->pin;
-    } while (counter_of(at) != pulses && --looks > 0);
-    at->pulses = pulses;
+    if (again != pulses)
+        high = PORTGP & at->pin;
+    /* As many falling edges as rising ones, but for the one that the level tells. */
+    edges = 2 * (uint8_t)(again - at->pulses);
+    if (high != at->high)
+        edges += high != 0 ? -1 : 1;
+    at->pulses = again;
+    at->high = high;
+    return edges;
 }
 
 /* Add what the counter has counted. */
-static void harvest(encoder_t *at)
+static inline void harvest(encoder_t *at)
 {
-    uint8_t pulses = at->pulses;
-    uint8_t high = at->high;
-    int32_t edges;
+    int32_t edges = look(at);
 
-    look(at);
-    /* As many falling edges as rising ones, but for the one that the level tells. */
-    edges = 2 * (uint8_t)(at->pulses - pulses);
-    if (high != at->high)
-        edges += high != 0 ? 1 : -1;
-    *at->sum += at->by_pulses > 0 ? edges : -edges;
+    at->moved = at->by_pulses > 0 ? edges : -edges;
+    at->counts = (int32_t)((uint32_t)at->counts + (uint32_t)at->moved);
+    *at->sum = at->counts;
 }
 
 /* Not if an edge waits for its interrupt: that one counts it, and the next look tries again. */
@@ -141,11 +142,13 @@ static void count_by_pulses(encoder_t *at, int8_t direction)
     uint16_t status = access_mask();
 
     TMSK1 &= (uint8_t)~at->capture;
-    look(at);
-    if (TFLG1 & at->capture)
+    (void)look(at);
+    if (TFLG1 & at->capture) {
         TMSK1 |= at->capture;
-    else
+    } else {
+        at->counts = *at->sum;
         at->by_pulses = direction;
+    }
     access_restore(status);
 }
 
@@ -236,14 +239,15 @@ void encoders_read(int32_t counts[2])
     encoder_t *at;
 
     for (at = &encoder[0]; at < &encoder[2]; at++) {
-        int32_t now;
-
-        if (at->by_pulses != 0)
+        if (at->by_pulses != 0) {
             harvest(at);
-        now = *at->sum;
-        at->moved = (int32_t)((uint32_t)now - (uint32_t)at->counts);
-        at->counts = now;
-        *counts++ = now;
+        } else {
+            int32_t now = *at->sum;
+
+            at->moved = (int32_t)((uint32_t)now - (uint32_t)at->counts);
+            at->counts = now;
+        }
+        *counts++ = at->counts;
         choose_way(at);
     }
 }

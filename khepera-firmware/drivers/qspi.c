@@ -18,7 +18,9 @@
 static const qspi_job_t *volatile waiting[QSPI_OWNER_COUNT];
 static const qspi_job_t *volatile running;
 static volatile uint8_t ticks_left;
-static const qspi_job_t *loaded; /* whose commands and words lie in the queue */
+static const qspi_job_t *loaded; /* whose commands and words lie in the queue, */
+static uint16_t loaded_spcr1;    /* ... and what starts it */
+static uint16_t loaded_spcr2;
 static volatile uint8_t owner_running;
 
 void qspi_init(void)
@@ -53,6 +55,8 @@ static void load_commands(const qspi_job_t *job)
     for (i = 0; i < job->words; i += 2)
         QSPI_CMD_PAIR(i) = (uint16_t)(command << 8 | command);
     QSPI_CMD(job->words - 1u) = last;
+    loaded_spcr2 = (uint16_t)(SPCR2_SPIFIE | (uint16_t)((job->words - 1u) << 8));
+    loaded_spcr1 = (uint16_t)(SPCR1_SPE | (job->delay_us * DELAY_PER_US_Q5 / 32u + 1u));
 }
 
 static void load_words(const qspi_job_t *job)
@@ -87,8 +91,8 @@ static void begin(void)
     if (loaded != job || !job->constant)
         load_words(job);
     loaded = job;
-    SPCR2 = (uint16_t)(SPCR2_SPIFIE | (uint16_t)((job->words - 1u) << 8));
-    SPCR1 = (uint16_t)(SPCR1_SPE | (job->delay_us * DELAY_PER_US_Q5 / 32u + 1u));
+    SPCR2 = loaded_spcr2;
+    SPCR1 = loaded_spcr1;
 }
 
 void qspi_start(qspi_owner_t owner, const qspi_job_t *job)

@@ -24,10 +24,10 @@ INTERRUPT void tick_isr(void)
 {
     uint32_t mark = fine_mark;
     uint16_t counts = (uint16_t)(PWMCNT - (uint16_t)mark);
-    uint16_t fine = (uint16_t)(counts / PWMCNT_PER_FINE);
+    uint16_t rest = counts % PWMCNT_PER_FINE;
 
-    fine_mark =
-        (uint32_t)(uint16_t)((mark >> 16) + fine) << 16 | (uint16_t)(mark + fine * PWMCNT_PER_FINE);
+    fine_mark = (uint32_t)(uint16_t)((mark >> 16) + counts / PWMCNT_PER_FINE) << 16 |
+                (uint16_t)(mark + counts - rest);
     if (pending < UINT8_MAX)
         pending++;
     interrupts_work = 1;

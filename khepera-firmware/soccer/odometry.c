@@ -40,7 +40,7 @@ void odometry_add(odometry_t *odometry, int32_t left_counts, int32_t right_count
     /* Half counts (1/24 mm) to 1/4096 mm, then times a q14 cosine: below 2^31 up to 1000 counts. */
     int32_t forward_q12 = (left_counts + right_counts) * 4096 / (2 * BOARD_PULSES_PER_MM);
     uint32_t turn_q32 = (uint32_t)((right_counts - left_counts) * TURN_PER_COUNT_Q32);
-    uint32_t turn_half_q32 = (uint32_t)((right_counts - left_counts) * (TURN_PER_COUNT_Q32 / 2));
+    uint32_t turn_half_q32 = (uint32_t)((int32_t)turn_q32 / 2);
     angle_t mean = angle_wrap((int32_t)((odometry->heading_q32 + turn_half_q32) >> 16));
 
     odometry->x_q16 = add_limited(odometry->x_q16, along_q16(forward_q12, angle_cos_q14(mean)));

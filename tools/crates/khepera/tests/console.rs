@@ -530,7 +530,7 @@ fn load_at(desk: &mut Desk, units: u32) -> f64 {
 #[test]
 fn motion_takes_a_tenth_of_the_cpu_at_twice_the_count_and_interrupts_are_served_in_time() {
     let mut desk = Desk::new();
-    for units in [0, 20, 60, 100, 127] {
+    for units in [0, 5, 10, 20, 60, 100, 127] {
         let load = load_at(&mut desk, units);
         println!("load at {units} units: {:.2} %", 100.0 * load);
         assert!(2.0 * load < 0.10, "{units} units: {load}");
