@@ -474,7 +474,9 @@ impl Base {
     /// interrupt's own clocks count to its handler's first instruction.
     pub fn profiled(&self) -> impl Iterator<Item = (u32, u64)> {
         let clocks = self.profile.iter().flatten().zip(0..);
-        clocks.filter(|&(&n, _)| n > 0).map(|(&n, word)| (board::BOARD_RAM_BASE as u32 + 2 * word, n))
+        clocks
+            .filter(|&(&n, _)| n > 0)
+            .map(|(&n, word)| (board::BOARD_RAM_BASE as u32 + 2 * word, n))
     }
 
     /// Longest time from an interrupt's request to its acknowledge so far, by level 0..=7.
