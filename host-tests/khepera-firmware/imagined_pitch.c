@@ -103,16 +103,21 @@ static int ball_within_view(const pitch_t *pitch)
     return fabs(bearing) - asin(BALL_R / distance) < VIEW_HALF_ANGLE;
 }
 
-/* A strip of the ball, cut at the picture's edges. 0 if nothing is left of it. */
-static int strip(double middle, double width, double *x, double *visible)
+/* A strip of the ball, cut at the picture's edges; a cut one is taken to be as wide as `high`. 0 if
+ * nothing is left of it. */
+static int strip(double middle, double width, double high, double *x, double *visible)
 {
     double first = fmax(middle - width / 2, 0);
     double last = fmin(middle + width / 2, CAMERA_WIDTH_PX - 1);
 
-    if (last - first < 4)
+    if (last - first < 9)
         return 0;
-    *x = (first + last) / 2;
     *visible = last - first;
+    *x = (first + last) / 2;
+    if (first == 0 && high > *visible)
+        *x = last - high / 2;
+    else if (last == CAMERA_WIDTH_PX - 1 && high > *visible)
+        *x = first + high / 2;
     return 1;
 }
 
@@ -125,6 +130,7 @@ static void see_ball(pitch_t *pitch, report_t *report)
     double middle;
     double x[2];
     double visible[2];
+    int clipped;
     int right;
     int left;
 
@@ -135,20 +141,24 @@ static void see_ball(pitch_t *pitch, report_t *report)
     width = 2 * BALL_R * CAMERA_FOCAL_PX / sqrt(seen.depth * seen.depth - BALL_R * BALL_R);
     top = seen.y - width / 2;
     bottom = fmin(seen.y + width / 2, CAMERA_HEIGHT_PX - 1);
-    if (bottom - top < 4)
+    if (bottom - top < 9)
         return;
-    right = strip(seen.x_right, width, &x[1], &visible[1]);
-    left = strip(seen.x_left, width, &x[0], &visible[0]);
+    /* Below the picture it would be wider. */
+    if (seen.y > bottom)
+        width = 2 * sqrt(width * width / 4 - (seen.y - bottom) * (seen.y - bottom));
+    right = strip(seen.x_right, width, bottom - top, &x[1], &visible[1]);
+    left = strip(seen.x_left, width, bottom - top, &x[0], &visible[0]);
     if (!right && !left)
         return;
-    /* A pair knows how wide the ball is, and so its middle beyond a cut end. */
-    middle = right && left ? seen.x_right : right ? x[1] : x[0];
+    /* A pair with a disparity knows how wide the ball is, and so its middle beyond a cut end. */
+    clipped = seen.disparity > 79 || bottom > CAMERA_HEIGHT_PX - 2;
+    middle = right && left && !clipped ? seen.x_right : right ? x[1] : x[0];
     report->flags |= REPORT_BALL;
     report->ball_row = (uint8_t)fmax((top + bottom) / 2 + normal(pitch, 0.7), 0);
     report->ball_x_q4 = q4(fmin(middle + normal(pitch, 0.3), CAMERA_WIDTH_PX - 1));
     report->ball_width_px = (uint8_t)fmin(right ? visible[1] : visible[0], 255);
     report->ball_confidence = 200;
-    if (seen.disparity > 79 || bottom > CAMERA_HEIGHT_PX - 2)
+    if (clipped)
         report->flags |= REPORT_BALL_CLIPPED;
     if (!right)
         report->flags |= REPORT_BALL_LEFT_ONLY;
@@ -197,6 +207,81 @@ static void see_opponent(pitch_t *pitch, report_t *report)
     report->opponent_confidence = 10;
 }
 
+/* How far along a line on the floor from (x, y) in direction (dx, dy), in lengths of that, the
+ * nearest wall is; a goal is black, floor and all, and so its mouth is a wall. */
+static double way_to_wall(double x, double y, double dx, double dy)
+{
+    static const double quarter[4][2] = {{HALF_LENGTH, GOAL_HALF - 1},
+                                         {HALF_LENGTH, GOAL_HALF},
+                                         {HALF_LENGTH, HALF_WIDTH - CORNER},
+                                         {HALF_LENGTH - CORNER, HALF_WIDTH}};
+    double nearest = 1e9;
+    unsigned i;
+
+    for (i = 0; i < 16; i++) {
+        double end[2][2];
+        double along;
+        double at;
+        double across;
+        unsigned k;
+
+        for (k = 0; k < 2; k++) {
+            unsigned corner = (i + k) % 16;
+            const double *q = quarter[corner / 4 % 2 ? 3 - corner % 4 : corner % 4];
+
+            end[k][0] = corner / 4 == 1 || corner / 4 == 2 ? -q[0] : q[0];
+            end[k][1] = corner / 4 >= 2 ? -q[1] : q[1];
+        }
+        across = dx * (end[1][1] - end[0][1]) - dy * (end[1][0] - end[0][0]);
+        if (fabs(across) < 1e-9)
+            continue;
+        along = ((end[0][0] - x) * (end[1][1] - end[0][1]) -
+                 (end[0][1] - y) * (end[1][0] - end[0][0])) /
+                across;
+        at = ((end[0][0] - x) * dy - (end[0][1] - y) * dx) / across;
+        if (along > 0 && along < nearest && at >= 0 && at <= 1)
+            nearest = along;
+    }
+    return nearest;
+}
+
+/* The foot of the wall in three columns of the right eye. */
+static void see_wall(pitch_t *pitch, report_t *report)
+{
+    static const uint16_t columns[REPORT_WALL_COLUMNS] = {
+        REPORT_WALL_COLUMN_LEFT, REPORT_WALL_COLUMN_CENTRE, REPORT_WALL_COLUMN_RIGHT};
+    double sine = CAMERA_TILT_SIN_Q12 / 4096.0;
+    double cosine = CAMERA_TILT_COS_Q12 / 4096.0;
+    unsigned i;
+
+    for (i = 0; i < REPORT_WALL_COLUMNS; i++) {
+        /* What a column sees of the floor is a line: right = slope * depth. */
+        double slope = (columns[i] - CAMERA_CX_Q4 / 16.0) / CAMERA_FOCAL_PX;
+        double left = -slope * CAMERA_LENS_HEIGHT_MM * sine - CAMERA_RIGHT_LENS_MM_Q4 / 16.0;
+        double turn = -slope * cosine;
+        double x = pitch->x - left * sin(pitch->heading);
+        double y = pitch->y + left * cos(pitch->heading);
+        double dx = cos(pitch->heading) - turn * sin(pitch->heading);
+        double dy = sin(pitch->heading) + turn * cos(pitch->heading);
+        double way = way_to_wall(x, y, dx, dy);
+        double ball = (pitch->ball_x - x) * dy - (pitch->ball_y - y) * dx;
+        seen_t seen;
+        double row;
+
+        if (!project(pitch, x + way * dx, y + way * dy, 0, &seen) ||
+            hidden(pitch, x + way * dx, y + way * dy) ||
+            (fabs(ball) < (BALL_R + 3) * hypot(dx, dy) &&
+             (pitch->ball_x - x) * dx + (pitch->ball_y - y) * dy > 0) ||
+            uniform(pitch, 0, 1) < 0.05 * pitch->noise)
+            continue;
+        row = seen.y + normal(pitch, 0.7);
+        if (row < 10 || row > CAMERA_HEIGHT_PX - 6)
+            continue;
+        report->flags |= REPORT_WALL;
+        report->wall_row[i] = (uint8_t)lround(row + 0.5);
+    }
+}
+
 static void expose(pitch_t *pitch)
 {
     pitch_report_t *sent = &pitch->under_way[pitch->under_way_count];
@@ -214,7 +299,7 @@ static void expose(pitch_t *pitch)
     if (pitch->eyes != EYES_BLACK && pitch->eyes != EYES_BLIND_TO_BALL)
         see_ball(pitch, report);
     if (pitch->eyes != EYES_BLACK) {
-        report->flags |= REPORT_WALL;
+        see_wall(pitch, report);
         see_goal(pitch, report);
         see_opponent(pitch, report);
     }

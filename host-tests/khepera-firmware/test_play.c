@@ -10,6 +10,7 @@
 // sources: khepera-firmware/soccer/angle.c khepera-firmware/soccer/odometry.c
 // sources: khepera-firmware/soccer/sighting.c khepera-firmware/soccer/soccer.c
 // sources: khepera-firmware/soccer/strategy.c khepera-firmware/soccer/world.c
+// sources: khepera-firmware/soccer/own_place.c
 // sources: khepera-firmware/soccer/tuning.c khepera-firmware/soccer/freshness.c
 // includes: khepera-firmware host-tests/khepera-firmware
 /* Whole kick-offs in a closed loop: does it score, and only with its eyes? */
@@ -149,7 +150,7 @@ static void sample_belief(void)
     pose_t pose;
 
     odometry_pose(&world->odometry, &pose);
-    if (hypot(dx, dy) < NEAR_MM || !world->localised || !world->ball.known ||
+    if (hypot(dx, dy) < NEAR_MM || !world->own.localised || !world->ball.known ||
         world->ball.age_ticks > 3)
         return;
     bx = (world->ball.x_q4 - pose.x_q4) / 16.0;

@@ -8,16 +8,24 @@
  * is not public. */
 #define LENS_FORWARD_MM 0
 
-#define BALL_RADIUS_MM  ((BALL_DIAMETER_MM + 1) / 2)
+#define BALL_RADIUS_MM    ((BALL_DIAMETER_MM + 1) / 2)
 /* Rows of the epipolar lines after reset of the FPGA; nobody changes them. */
-#define GOAL_ROW        60u
-#define OPPONENT_ROW    80u
-#define SIGMA_MAX_MM    400u
-/* Where a ball is taken to be that fills the eye, and how well that is known. */
-#define NEAR_FORWARD_MM 80
-#define NEAR_SIGMA_MM   30
+#define GOAL_ROW          60u
+#define OPPONENT_ROW      80u
+#define SIGMA_MAX_MM      400u
+/* How well the place of a ball is known that the picture's side cuts, or its lower border. */
+#define NEAR_SIGMA_MM     15
+#define TOP_SIGMA_MM      4
+/* A ball that reaches below that row is taken to be cut by the lower border. */
+#define CUT_ROW           236
+/* A ray that falls less than that, 5 degrees, does not graze the top of a ball so near. */
+#define DOWN_MIN_Q12      357
+/* Ball and robot touch. */
+#define NEAREST_MM        60
 /* What is farther than the pitch's diagonal is not on it. */
-#define RANGE_MAX_MM    1300
+#define RANGE_MAX_MM      1300
+/* A wall's foot farther away is too coarse. */
+#define WALL_RANGE_MAX_MM 800
 
 static uint16_t range_sigma_mm(const soccer_tuning_t *tuning, uint16_t disparity_q4)
 {
@@ -47,25 +55,7 @@ static int16_t place_by_disparity(const soccer_tuning_t *tuning, place_t *place,
     return point.height_mm;
 }
 
-/* Nearer than the search range: the width tells the depth, Z^2 = (f D / w)^2 + R^2 for a sphere,
- * and the floor the rest. */
-static void place_by_width(place_t *ball, uint16_t x_q4, uint16_t width_px)
-{
-    int32_t ratio = (int32_t)CAMERA_FOCAL_PX * BALL_DIAMETER_MM / width_px;
-    int32_t depth =
-        (int32_t)square_root((uint32_t)(ratio * ratio + BALL_RADIUS_MM * BALL_RADIUS_MM));
-    /* The middle lies 94 - 34 mm below the lenses: forward = Z / cos - 60 * tan. */
-    int32_t below = CAMERA_LENS_HEIGHT_MM - BALL_RADIUS_MM;
-    int32_t forward = (depth * 4096 - below * CAMERA_TILT_SIN_Q12) / CAMERA_TILT_COS_Q12;
-    int32_t right_q4 = ((int32_t)x_q4 - CAMERA_CX_Q4) * depth / CAMERA_FOCAL_PX;
-
-    ball->valid = 1;
-    ball->forward_mm = (int16_t)(forward + LENS_FORWARD_MM);
-    ball->left_mm = (int16_t)(-(right_q4 + CAMERA_RIGHT_LENS_MM_Q4) / 16);
-    ball->sigma_mm = (uint16_t)(2 + depth / 40);
-}
-
-/* A ball on the floor seen by one eye: its row tells the range. */
+/* A ball on the floor seen by one eye, or nearer than the search range: its row tells the range. */
 static void place_by_row(place_t *ball, const report_t *report)
 {
     ground_point_t point;
@@ -78,18 +68,36 @@ static void place_by_row(place_t *ball, const report_t *report)
          (uint16_t)(3 + (int32_t)point.forward_mm * point.forward_mm / (CAMERA_FOCAL_PX * 30)));
 }
 
-/* So near that the picture's edge cuts it: right before the robot, to the side where it shows. */
-static void guess_near(const report_t *report, sightings_t *sightings)
+/* Cut by the picture's lower border: `ball_row` is then the middle of what is seen, and the row of
+ * its top tells the range. The ray that grazes the top falls by v of the axis' length, v = (top -
+ * cy) / f, turned by the tilt: forward = (h cos t - R) / sin t for its angle t below the horizon
+ * and the middle h below the lenses. */
+static void place_by_top(place_t *ball, const report_t *report)
 {
-    sightings->ball_near = 1;
-    sightings->ball.forward_mm = NEAR_FORWARD_MM;
-    sightings->ball.left_mm =
-        (int16_t)(((CAMERA_CX_Q4 - (int32_t)report->ball_x_q4) * NEAR_FORWARD_MM / CAMERA_FOCAL_PX -
+    const int32_t below_mm = CAMERA_LENS_HEIGHT_MM - BALL_RADIUS_MM;
+    const int32_t below_half_mm = 2 * CAMERA_LENS_HEIGHT_MM - BALL_DIAMETER_MM;
+    int32_t top = 2 * (int32_t)report->ball_row - (CAMERA_HEIGHT_PX - 1);
+    int32_t fall_q12 = (16 * top - CAMERA_CY_Q4) * 256 / CAMERA_FOCAL_PX;
+    int32_t length_q12 = 4096 + fall_q12 * fall_q12 / 8192;
+    int32_t down_q12 = CAMERA_TILT_SIN_Q12 + (fall_q12 * CAMERA_TILT_COS_Q12 >> 12);
+    int32_t ahead_q12 = CAMERA_TILT_COS_Q12 - (fall_q12 * CAMERA_TILT_SIN_Q12 >> 12);
+    int32_t forward;
+    int32_t depth;
+
+    if (down_q12 < DOWN_MIN_Q12)
+        return;
+    forward = (below_half_mm * ahead_q12 - BALL_DIAMETER_MM * length_q12) / (2 * down_q12);
+    /* Shadow, blur and another robot can lower the top, but nothing brings the ball nearer. */
+    if (forward < NEAREST_MM)
+        forward = NEAREST_MM;
+    depth = (forward * CAMERA_TILT_COS_Q12 + below_mm * CAMERA_TILT_SIN_Q12) >> 12;
+    ball->valid = 1;
+    ball->forward_mm = (int16_t)(forward + LENS_FORWARD_MM);
+    ball->left_mm =
+        (int16_t)((((CAMERA_CX_Q4 - (int32_t)report->ball_x_q4) * depth / CAMERA_FOCAL_PX) -
                    CAMERA_RIGHT_LENS_MM_Q4) /
                   16);
-    if (report->flags & REPORT_BALL_LEFT_ONLY)
-        sightings->ball.left_mm = (int16_t)(sightings->ball.left_mm + CAMERA_BASELINE_UM / 1000);
-    sightings->ball.sigma_mm = NEAR_SIGMA_MM;
+    ball->sigma_mm = TOP_SIGMA_MM;
 }
 
 static void see_ball(const report_t *report, const soccer_tuning_t *tuning, sightings_t *sightings)
@@ -112,14 +120,19 @@ static void see_ball(const report_t *report, const soccer_tuning_t *tuning, sigh
         ball->valid = ball->valid && off < tuning->height_slack_mm + ball->sigma_mm;
         return;
     }
-    if (cut && (report->flags & REPORT_BALL_CLIPPED))
-        guess_near(report, sightings);
-    else if (!cut && (report->flags & REPORT_BALL_CLIPPED))
-        place_by_width(ball, report->ball_x_q4, report->ball_width_px);
-    else if (!cut)
+    if (!(report->flags & REPORT_BALL_CLIPPED)) {
+        if (!cut)
+            place_by_row(ball, report);
+    } else if (2 * (int32_t)report->ball_row + report->ball_width_px > 2 * CUT_ROW) {
+        place_by_top(ball, report);
+    } else {
         place_by_row(ball, report);
-    if (ball->valid && (report->flags & REPORT_BALL_LEFT_ONLY))
+    }
+    if (report->flags & REPORT_BALL_LEFT_ONLY)
         ball->left_mm = (int16_t)(ball->left_mm + CAMERA_BASELINE_UM / 1000);
+    /* Cut by the picture's side: the middle is a guess. */
+    if (cut && ball->valid)
+        ball->sigma_mm = NEAR_SIGMA_MM;
 }
 
 static void see_goal(const report_t *report, const soccer_tuning_t *tuning, sightings_t *sightings)
@@ -159,6 +172,28 @@ static void see_opponent(const report_t *report, const soccer_tuning_t *tuning,
         opponent->forward_mm = (int16_t)(opponent->forward_mm + OPPONENT_RADIUS_MM);
 }
 
+/* The foot of the wall lies on the floor: its row tells the range. The row is the first one of
+ * the pitch: its upper edge. */
+static void see_walls(const report_t *report, sightings_t *sightings)
+{
+    static const uint16_t columns[REPORT_WALL_COLUMNS] = {
+        REPORT_WALL_COLUMN_LEFT, REPORT_WALL_COLUMN_CENTRE, REPORT_WALL_COLUMN_RIGHT};
+    ground_point_t point;
+    unsigned i;
+
+    if (!(report->flags & REPORT_WALL))
+        return;
+    for (i = 0; i < REPORT_WALL_COLUMNS; i++)
+        if (report->wall_row[i] != 0 &&
+            depth_on_plane((uint16_t)(16u * columns[i]), (uint16_t)(16u * report->wall_row[i] - 8u),
+                           0, &point) &&
+            point.forward_mm < WALL_RANGE_MAX_MM)
+            /* Half a row: range^2 / (f * 94 mm) / 2. */
+            fill(&sightings->wall[i], &point,
+                 (uint16_t)(2 + (int32_t)point.forward_mm * point.forward_mm /
+                                    (CAMERA_FOCAL_PX * 2L * CAMERA_LENS_HEIGHT_MM)));
+}
+
 void sightings_from_report(const report_t *report, const soccer_tuning_t *tuning,
                            sightings_t *sightings)
 {
@@ -170,4 +205,5 @@ void sightings_from_report(const report_t *report, const soccer_tuning_t *tuning
     see_ball(report, tuning, sightings);
     see_goal(report, tuning, sightings);
     see_opponent(report, tuning, sightings);
+    see_walls(report, sightings);
 }

@@ -19,10 +19,10 @@ typedef struct {
 } place_t;
 
 typedef struct {
-    place_t ball;         /* its middle */
-    uint8_t ball_near;    /* it fills the eye: `ball`, though not valid, holds a guess */
-    place_t goal_edge[2]; /* [0] left, [1] right in the image */
-    place_t opponent;     /* its axis */
+    place_t ball;                      /* its middle */
+    place_t goal_edge[2];              /* [0] left, [1] right in the image */
+    place_t opponent;                  /* its axis */
+    place_t wall[REPORT_WALL_COLUMNS]; /* the foot of the wall, from left to right */
 } sightings_t;
 
 /* Take a report apart. Implausible things (a ball not on the floor, a goal of the wrong width) are

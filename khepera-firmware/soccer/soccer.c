@@ -7,7 +7,7 @@
  * wheels cannot follow. */
 #define DECIDE_TICKS 3u
 
-/* Open eyes see at least the foot of a wall, or what hides it. */
+/* Open eyes see at least the foot of a wall, or what hides it, unless that is right before them. */
 #define TELLS_SOMETHING                                                                            \
     (REPORT_BALL | REPORT_GOAL_LEFT_EDGE | REPORT_GOAL_RIGHT_EDGE | REPORT_OPPONENT | REPORT_WALL)
 
@@ -27,8 +27,15 @@ void soccer_start(soccer_t *soccer, angle_t heading)
     strategy_start(&soccer->strategy, soccer->tuning);
     soccer->since_ticks = 0;
     soccer->dark_ticks = 0;
+    soccer->untold_ticks = 0;
     soccer->wheels.left_mm_s = 0;
     soccer->wheels.right_mm_s = 0;
+}
+
+static void count_up(uint16_t *ticks)
+{
+    if (*ticks < UINT16_MAX)
+        (*ticks)++;
 }
 
 static void decide(soccer_t *soccer)
@@ -48,7 +55,7 @@ static void tell_belief(soccer_t *soccer)
     belief->x_q4 = pose.x_q4;
     belief->y_q4 = pose.y_q4;
     belief->heading = pose.heading;
-    belief->localised = world->localised;
+    belief->localised = world->own.localised;
     belief->ball_known = world->ball.known;
     belief->ball_x_q4 = world->ball.x_q4;
     belief->ball_y_q4 = world->ball.y_q4;
@@ -59,7 +66,8 @@ static void tell_belief(soccer_t *soccer)
     belief->opponent_age_ticks = world->opponent.age_ticks;
     belief->ball_sigma_q4 = world->ball.sigma_q4;
     belief->opponent_sigma_q4 = world->opponent.sigma_q4;
-    belief->position_var_mm2 = world->position_var;
+    belief->position_var_mm2 =
+        world->own.position_var[world->own.position_var[1] > world->own.position_var[0]];
     belief->ticks++;
 }
 
@@ -67,8 +75,8 @@ void soccer_tick(soccer_t *soccer, const int32_t counts[2])
 {
     world_tick(&soccer->world, counts);
     strategy_tick(&soccer->strategy, counts);
-    if (soccer->dark_ticks < UINT16_MAX)
-        soccer->dark_ticks++;
+    count_up(&soccer->dark_ticks);
+    count_up(&soccer->untold_ticks);
     if (++soccer->since_ticks >= DECIDE_TICKS)
         decide(soccer);
     tell_belief(soccer);
@@ -79,6 +87,9 @@ void soccer_see(soccer_t *soccer, const report_t *report, uint16_t age_100us)
     sightings_t sightings;
 
     if (report->flags & TELLS_SOMETHING)
+        soccer->untold_ticks = 0;
+    if (soccer->untold_ticks == 0 ||
+        (soccer->untold_ticks < SOCCER_BLIND_SPOT_TICKS && world_view_is_blocked(&soccer->world)))
         soccer->dark_ticks = 0;
     sightings_from_report(report, soccer->tuning, &sightings);
     world_see(&soccer->world, &sightings,

@@ -17,15 +17,19 @@ typedef struct {
     soccer_belief_t belief; /* as of the last tick */
     world_t world;
     strategy_t strategy;
-    wheels_t wheels;     /* as decided last */
-    uint8_t since_ticks; /* since then */
-    uint16_t dark_ticks; /* since a report told of anything at all; saturates */
+    wheels_t wheels;       /* as decided last */
+    uint8_t since_ticks;   /* since then */
+    uint16_t untold_ticks; /* since a report told of anything at all; saturates */
+    uint16_t dark_ticks;   /* since then, or since nothing could be seen anyway; saturates */
 } soccer_t;
 
 /* Reports that tell of nothing for so long stop the motors, ticks of 10 ms; */
 #define SOCCER_DARK_TICKS        19u
 /* ... and for so long make it turn on the spot. */
 #define SOCCER_DARK_SEARCH_TICKS 100u
+/* So close before a wall or the opponent that he fills the picture, open eyes tell of nothing
+ * either: believed for so long. */
+#define SOCCER_BLIND_SPOT_TICKS  100u
 
 /* Once, before anything else. `tuning` must outlive `soccer`; what changes in it counts at once. */
 void soccer_init(soccer_t *soccer, const soccer_tuning_t *tuning);

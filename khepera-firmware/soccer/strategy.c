@@ -4,8 +4,10 @@
 #define TURN_GAIN_DIVISOR 66
 
 /* Times, ticks of 10 ms. */
-#define TICK_MS    10
-#define WALL_TICKS 15
+#define TICK_MS         10
+#define WALL_TICKS      15
+/* A ball seen so lately is where it is believed to be. */
+#define STILL_AGE_TICKS 5
 
 /* How much a wheel differs while the robot backs off: a curve leads away from what it hit. */
 #define BACK_OFF_CURVE_MM_S 20
@@ -29,6 +31,12 @@
 #define VIEW_THERE_MM     30
 #define DEFEND_THERE_MM   25
 #define OWN_GOAL_NEAR_MM  (-200) /* nearer, a shot never goes back */
+#define STILL_MM          60     /* a ball that has moved no farther is still */
+#define PINNED_MM         130    /* an opponent so near to a still ball pins it */
+#define FREE_BALL_X_MM    262    /* the free ball's spots, in each quarter of the pitch */
+#define FREE_BALL_Y_MM    170
+#define FREE_BALL_MM      120 /* both robots are at least so far from it */
+#define AWAIT_THERE_MM    15
 
 /* Angles. */
 #define AROUND_STEP          ANGLE_DEGREES(50)
@@ -361,7 +369,7 @@ static void search(strategy_t *strategy, const world_t *world)
     set_wheels(strategy, 0, strategy->turn * strategy->tuning->search_turn_mm_s);
     /* Only eyes that have shown something are worth moving for. */
     if (lasts(strategy, strategy->tuning->search_ms) &&
-        (world->localised || world->opponent.known)) {
+        (world->own.localised || world->opponent.known)) {
         choose_viewpoint(strategy, world);
         enter(strategy, STRATEGY_RELOCATE, STRATEGY_NOT_FOUND);
     } else if (lasts(strategy, strategy->tuning->search_ms)) {
@@ -386,10 +394,10 @@ static void relocate(strategy_t *strategy, const world_t *world)
 static void look(strategy_t *strategy, const world_t *world)
 {
     set_wheels(strategy, 0, strategy->turn * strategy->tuning->search_turn_mm_s);
-    if (world->localised || lasts(strategy, strategy->tuning->look_ms)) {
+    if (world->own.localised || lasts(strategy, strategy->tuning->look_ms)) {
         strategy->looked = 1;
         enter(strategy, STRATEGY_APPROACH,
-              world->localised ? STRATEGY_PLACE_KNOWN : STRATEGY_NO_GOAL_SEEN);
+              world->own.localised ? STRATEGY_PLACE_KNOWN : STRATEGY_NO_GOAL_SEEN);
     }
 }
 
@@ -513,8 +521,7 @@ static void push(strategy_t *strategy, world_t *world, const situation_t *now)
     int32_t blind_ms = strategy->tuning->push_blind_ms;
 
     drive_along(strategy, &now->pose, aim, strategy->tuning->push_mm_s);
-    if (lasts(strategy, blind_ms) && world->ball.age_ticks * TICK_MS > blind_ms &&
-        world->ball_near_ticks * TICK_MS > blind_ms) {
+    if (lasts(strategy, blind_ms) && world->ball.age_ticks * TICK_MS > blind_ms) {
         world->ball.known = 0;
         begin_turning(strategy, world, now->ball_direction);
         enter(strategy, STRATEGY_SEARCH, STRATEGY_BALL_LOST);
@@ -562,6 +569,118 @@ static void defend(strategy_t *strategy, const world_t *world, const situation_t
         drive_along(strategy, &now->pose, now->ball_direction, 0);
     else
         drive_to(strategy, world, &now->pose, x_q4, y_q4, strategy->tuning->defend_mm_s);
+}
+
+/* ---- Stalemate ---- */
+
+/* Keep an eye on how long the ball has not moved. */
+static void watch_stillness(strategy_t *strategy, const world_t *world)
+{
+    const object_t *ball = &world->ball;
+
+    if (!ball->known || ball->age_ticks > STILL_AGE_TICKS)
+        return;
+    if (strategy->still_known && length_of(ball->x_q4 - strategy->still_x_q4,
+                                           ball->y_q4 - strategy->still_y_q4) < STILL_MM * 16)
+        return;
+    strategy->still_known = 1;
+    strategy->still_x_q4 = ball->x_q4;
+    strategy->still_y_q4 = ball->y_q4;
+    strategy->still_ticks = 0;
+}
+
+/* Where the ball is taken to be stuck: an opponent who hides it stands at it. */
+static void stuck_place(const strategy_t *strategy, const world_t *world, int32_t *x_q4,
+                        int32_t *y_q4)
+{
+    const object_t *opponent = &world->opponent;
+
+    *x_q4 = strategy->still_x_q4;
+    *y_q4 = strategy->still_y_q4;
+    if (!world->ball.known && opponent->known &&
+        opponent->age_ticks * TICK_MS < strategy->tuning->opponent_fresh_ms) {
+        *x_q4 = opponent->x_q4;
+        *y_q4 = opponent->y_q4;
+    }
+}
+
+/* Has the ball been in one place for so long that only a free ball gets it out? */
+static int is_stuck_ball(const strategy_t *strategy, const world_t *world)
+{
+    const object_t *opponent = &world->opponent;
+    int32_t still_ms = strategy->still_ticks * TICK_MS;
+    int32_t x_q4;
+    int32_t y_q4;
+
+    if (!strategy->still_known || !world->own.localised ||
+        still_ms <= strategy->tuning->pinned_ball_ms)
+        return 0;
+    if (still_ms > strategy->tuning->stuck_ball_ms)
+        return 1;
+    stuck_place(strategy, world, &x_q4, &y_q4);
+    return opponent->known &&
+           length_of(opponent->x_q4 - x_q4, opponent->y_q4 - y_q4) < PINNED_MM * 16;
+}
+
+/* Where the referee will put the ball: the spot that is nearest to it and not near a robot. */
+static void free_ball_spot(const strategy_t *strategy, const world_t *world, int32_t *x_q4,
+                           int32_t *y_q4)
+{
+    const object_t *opponent = &world->opponent;
+    uint32_t nearest = UINT32_MAX;
+    int32_t ball_x_q4;
+    int32_t ball_y_q4;
+    unsigned i;
+
+    stuck_place(strategy, world, &ball_x_q4, &ball_y_q4);
+    for (i = 0; i < 4; i++) {
+        int32_t x = (i & 1 ? FREE_BALL_X_MM : -FREE_BALL_X_MM) * 16;
+        int32_t y = (i & 2 ? FREE_BALL_Y_MM : -FREE_BALL_Y_MM) * 16;
+        uint32_t off = length_of(ball_x_q4 - x, ball_y_q4 - y);
+
+        if (off >= nearest ||
+            (opponent->known &&
+             length_of(opponent->x_q4 - x, opponent->y_q4 - y) < FREE_BALL_MM * 16))
+            continue;
+        nearest = off;
+        *x_q4 = x;
+        *y_q4 = y;
+    }
+}
+
+/* Behind that spot on the line to the goal, facing it. */
+static void await_free_ball(strategy_t *strategy, const world_t *world)
+{
+    int32_t behind_mm = strategy->tuning->await_mm;
+    int32_t spot_x_q4 = 0;
+    int32_t spot_y_q4 = 0;
+    angle_t shot;
+    int32_t x_q4;
+    int32_t y_q4;
+    pose_t pose;
+
+    odometry_pose(&world->odometry, &pose);
+    free_ball_spot(strategy, world, &spot_x_q4, &spot_y_q4);
+    shot = angle_of((PITCH_HALF_LENGTH_MM + GOAL_INSIDE_MM) * 16 - spot_x_q4, -spot_y_q4);
+    x_q4 = ahead_x(spot_x_q4, shot, -behind_mm);
+    y_q4 = ahead_y(spot_y_q4, shot, -behind_mm);
+    if (length_of(x_q4 - pose.x_q4, y_q4 - pose.y_q4) < AWAIT_THERE_MM * 16)
+        drive_along(strategy, &pose, shot, 0);
+    else
+        drive_to(strategy, world, &pose, x_q4, y_q4, strategy->tuning->defend_mm_s);
+}
+
+static void await(strategy_t *strategy, const world_t *world)
+{
+    strategy->shot_known = 0;
+    if (!is_stuck_ball(strategy, world))
+        enter(strategy, world->ball.known ? STRATEGY_APPROACH : STRATEGY_SEARCH, STRATEGY_PLAY_ON);
+    else if (lasts(strategy, strategy->tuning->await_ms)) {
+        /* No referee, or nothing known of the ball: look for it. */
+        strategy->still_known = 0;
+        enter(strategy, STRATEGY_SEARCH, STRATEGY_TOO_LONG);
+    } else
+        await_free_ball(strategy, world);
 }
 
 /* ---- Everything together ---- */
@@ -623,6 +742,8 @@ void strategy_tick(strategy_t *strategy, const int32_t counts[2])
         strategy->state_ticks++;
     if (strategy->plan_ticks < UINT8_MAX)
         strategy->plan_ticks++;
+    if (strategy->still_ticks < UINT16_MAX)
+        strategy->still_ticks++;
     /* 60 mm/s are 7.2 counts a tick: 0.12 for each mm/s. */
     for (i = 0; i < 2; i++)
         if (size_of(told[i]) >= 60 &&
@@ -673,14 +794,20 @@ static void with_ball(strategy_t *strategy, world_t *world)
 void strategy_decide(strategy_t *strategy, world_t *world, wheels_t *wheels)
 {
     forget_the_lost(strategy->tuning, world);
+    watch_stillness(strategy, world);
     if (strategy->state != STRATEGY_BACK_OFF)
         notice_being_stuck(strategy, world);
 
+    if (strategy->state != STRATEGY_BACK_OFF && is_stuck_ball(strategy, world))
+        enter(strategy, STRATEGY_AWAIT, STRATEGY_STALEMATE);
+
     if (strategy->state == STRATEGY_BACK_OFF) {
         back_off(strategy);
+    } else if (strategy->state == STRATEGY_AWAIT) {
+        await(strategy, world);
     } else if (!world->ball.known) {
         without_ball(strategy, world);
-    } else if (!world->localised && !strategy->looked) {
+    } else if (!world->own.localised && !strategy->looked) {
         if (strategy->state != STRATEGY_LOOK)
             begin_turning(strategy, world, 0);
         enter(strategy, STRATEGY_LOOK, STRATEGY_PLACE_UNKNOWN);
@@ -706,7 +833,7 @@ int strategy_take_event(strategy_t *strategy, strategy_event_t *event)
 const char *strategy_state_name(strategy_state_t state)
 {
     static const char *const names[STRATEGY_STATE_COUNT] = {
-        "search", "relocate", "look", "approach", "push", "defend", "back off",
+        "search", "relocate", "look", "approach", "push", "defend", "back off", "await",
     };
 
     return state < STRATEGY_STATE_COUNT ? names[state] : "unknown";

@@ -6,6 +6,7 @@
  *   APPROACH  drive around the ball to a pose behind it on the line of the shot
  *   PUSH      drive through the ball, along the line that ends in the goal
  *   DEFEND    the opponent is nearer to the ball: stand between ball and own goal, face the ball
+ *   AWAIT     the ball is stuck: stand where the referee's free ball can be shot at once
  *   BACK_OFF  stuck: drive free, turn
  *
  * Each change of state has a reason, which is kept for whoever logs it. Without a sighting of the
@@ -32,6 +33,7 @@ typedef enum {
     STRATEGY_PUSH,
     STRATEGY_DEFEND,
     STRATEGY_BACK_OFF,
+    STRATEGY_AWAIT,
     STRATEGY_STATE_COUNT
 } strategy_state_t;
 
@@ -54,6 +56,8 @@ typedef enum {
     X(WHEELS_BLOCKED, "wheels do not turn as told")                                                \
     X(WALL, "wheels slip at a wall or at the opponent")                                            \
     X(NO_WAY, "no way to behind the ball")                                                         \
+    X(STALEMATE, "ball stuck, a free ball must come")                                              \
+    X(PLAY_ON, "ball plays again")                                                                 \
     X(TOO_LONG, "took too long")                                                                   \
     X(FREE, "driven free")
 
@@ -92,6 +96,10 @@ typedef struct {
     uint8_t plan_ticks; /* since shot and way around were chosen; saturates */
     int32_t view_x_q4;  /* where RELOCATE drives to */
     int32_t view_y_q4;
+    int32_t still_x_q4; /* where the ball has been, within STILL_MM, */
+    int32_t still_y_q4;
+    uint16_t still_ticks; /* ... for so long as is known; saturates */
+    uint8_t still_known;
     wheels_t wheels; /* the last answer */
 } strategy_t;
 

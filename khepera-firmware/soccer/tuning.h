@@ -30,7 +30,7 @@
     X(opponent_unseen_ms, "ms", 600, 20, 10000, "the same as ball_unseen_ms, of the opponent") \
     X(opponent_forget_ms, "ms", 4000, 100, 30000, "the same as ball_forget_ms, of the opponent") \
     /* Speeds of the robot's middle; of turning: of each wheel. */ \
-    X(search_turn_mm_s, "mm/s", 75, 5, 160, "turning to search or to look for a goal") \
+    X(search_turn_mm_s, "mm/s", 120, 5, 160, "turning to search or to look for a goal") \
     X(blind_turn_mm_s, "mm/s", 30, 0, 110, "turning while no reports come") \
     X(relocate_mm_s, "mm/s", 100, 20, 500, "driving to another place to search from") \
     X(approach_mm_s, "mm/s", 420, 20, 500, "driving to behind the ball") \
@@ -50,6 +50,9 @@
     X(stuck_percent, "%", 25, 5, 90, "wheels that turn less than that of what was told") \
     X(back_off_ms, "ms", 450, 50, 5000, "drive free for") \
     X(back_off_turn_ms, "ms", 250, 0, 5000, "and then turn for") \
+    X(pinned_ball_ms, "ms", 1500, 200, 30000, "a still ball at the opponent is stuck") \
+    X(stuck_ball_ms, "ms", 7000, 500, 30000, "any still ball is") \
+    X(await_ms, "ms", 11000, 500, 30000, "wait for a free ball at most") \
     /* Distances, between middles. */ \
     X(behind_mm, "mm", 115, 65, 300, "behind the ball a push begins") \
     X(around_mm, "mm", 122, 70, 300, "radius of the way around the ball") \
@@ -60,6 +63,7 @@
     X(opponent_fresh_ms, "ms", 1500, 20, 10000, "an opponent seen so lately counts for defence") \
     X(defend_ball_mm, "mm", 150, 70, 600, "so far from the ball it defends") \
     X(defend_behind_deg, "deg", 60, 10, 180, "nearer than that to behind the ball it attacks") \
+    X(await_mm, "mm", 140, 60, 400, "wait so far behind the free ball's spot") \
     X(contest_mm, "mm", 250, 0, 1500, "an opponent so near to the ball contests it") \
     X(shot_outside, "1/4", 6, 0, 100, "cost of a shot's angle beside the goal") \
     X(shot_way, "1/16", 4, 0, 100, "cost of the angle to be driven around the ball") \
@@ -67,7 +71,7 @@
     X(contest_way, "1/16", 8, 0, 100, "cost of the angle around a contested ball") \
     X(defend_margin_mm, "mm", 120, 0, 1000, "defend if the opponent is nearer to the ball by that") \
     /* Angles. */ \
-    X(push_begin_deg, "deg", 9, 1, 45, "off the shot's line when a push begins") \
+    X(push_begin_deg, "deg", 30, 1, 45, "off the shot's line when a push begins") \
     X(push_end_deg, "deg", 45, 5, 90, "off the line so much a push ends")
 /* clang-format on */
 

@@ -14,16 +14,13 @@
 
 #include "link/report.h"
 #include "soccer/odometry.h"
+#include "soccer/own_place.h"
+#include "soccer/pitch.h"
 #include "soccer/sighting.h"
 #include "soccer/tuning.h"
 
-/* The pitch, mm (FIRA KheperaSot rules). */
-#define PITCH_HALF_LENGTH_MM 525
-#define PITCH_HALF_WIDTH_MM  340
-#define GOAL_HALF_WIDTH_MM   150
-#define GOAL_DEPTH_MM        70
-#define BALL_RADIUS          34 /* mm, rounded up */
-#define ROBOT_RADIUS         30 /* mm, both robots */
+#define BALL_RADIUS  34 /* mm, rounded up */
+#define ROBOT_RADIUS 30 /* mm, both robots */
 
 #define WORLD_HISTORY    12u /* poses kept, one a tick: 0.12 s */
 #define WORLD_TICK_100US 100u
@@ -45,20 +42,13 @@ typedef struct {
     const soccer_tuning_t *tuning;
     odometry_t odometry;
     pose_t history[WORLD_HISTORY];
-    uint8_t newest;       /* index in history */
-    int32_t position_var; /* of x and of y, mm^2 */
-    int32_t heading_var;  /* (1/65536 turn)^2 / 16 */
-    int32_t travel_rest;  /* counts not yet turned into variance */
-    int32_t spin_rest;
-    uint8_t position_doubts; /* consecutive goal sightings that did not fit */
-    uint16_t wall_ticks;     /* so long has odometry wanted to go through a wall or the
-                              * opponent; saturates */
-    uint8_t localised;       /* a goal has been seen since the start */
+    uint8_t newest; /* index in history */
+    own_place_t own;
+    uint16_t wall_ticks; /* so long has odometry wanted to go through a wall or the
+                          * opponent; saturates */
     object_t ball;
-    uint16_t ball_near_ticks; /* since it filled the eye; saturates */
     object_t opponent;
     angle_t last_ball_bearing; /* direction (field) in which the ball was last seen */
-    uint16_t goal_age_ticks;   /* since a goal edge was last used; saturates */
 } world_t;
 
 /* A thing as seen from the robot's middle, now, with standard deviations. */
@@ -81,6 +71,9 @@ void world_slipped(world_t *world);
 
 /* What a report told, exposed `age_100us` ago. */
 void world_see(world_t *world, const sightings_t *sightings, uint32_t age_100us);
+
+/* Is a wall or the opponent believed to be so close before the eyes that they see nothing else? */
+int world_view_is_blocked(const world_t *world);
 
 /* Ball or opponent from where the robot is. Returns 0 with *sight untouched if it is not known. */
 int world_sight(const world_t *world, const object_t *object, sight_t *sight);

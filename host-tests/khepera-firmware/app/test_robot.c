@@ -10,6 +10,7 @@
 // sources: khepera-firmware/soccer/angle.c khepera-firmware/soccer/odometry.c
 // sources: khepera-firmware/soccer/sighting.c khepera-firmware/soccer/soccer.c
 // sources: khepera-firmware/soccer/strategy.c khepera-firmware/soccer/world.c
+// sources: khepera-firmware/soccer/own_place.c
 // sources: khepera-firmware/soccer/tuning.c khepera-firmware/soccer/freshness.c
 // includes: khepera-firmware host-tests/khepera-firmware
 /* The robot's program on an imagined base: console, kick-off, stop, and loss of the eyes. */

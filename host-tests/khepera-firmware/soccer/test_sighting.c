@@ -83,28 +83,58 @@ static void a_goal_of_the_wrong_width_is_none(void)
     TEST_ASSERT_FALSE(seen.goal_edge[0].valid || seen.goal_edge[1].valid);
 }
 
-static void a_clipped_ball_is_placed_by_its_width(void)
+/* Straight ahead of the right lens, so far that the lower border cuts it: the ray that grazes its
+ * top falls by atan(60.5 / forward) - asin(33.5 / distance), the axis by 9.8 degrees. */
+static void see_cut_ball(double forward_mm, uint8_t width_px)
 {
-    /* Depth 150 mm straight ahead of the right lens: w = 2 f R / sqrt(Z^2 - R^2) = 150 px. */
+    double down = atan2(60.5, forward_mm) - asin(33.5 / hypot(60.5, forward_mm));
+    double top =
+        119.5 + CAMERA_FOCAL_PX * tan(down - atan2(CAMERA_TILT_SIN_Q12, CAMERA_TILT_COS_Q12));
+
     report.flags = REPORT_BALL | REPORT_BALL_CLIPPED;
     report.ball_x_q4 = CAMERA_CX_Q4;
-    report.ball_row = 190;
-    report.ball_width_px = 150;
+    report.ball_row = (uint8_t)lround((top + CAMERA_HEIGHT_PX - 1) / 2);
+    report.ball_width_px = width_px;
     sightings_from_report(&report, &soccer_tuning_default, &seen);
+}
+
+static void a_ball_cut_by_the_lower_border_is_placed_by_its_top(void)
+{
+    see_cut_ball(64, 164);
     TEST_ASSERT_TRUE(seen.ball.valid);
-    TEST_ASSERT_INT_WITHIN(4, 142, seen.ball.forward_mm);
+    TEST_ASSERT_INT_WITHIN(4, 64, seen.ball.forward_mm);
+    see_cut_ball(100, 215);
+    TEST_ASSERT_INT_WITHIN(4, 100, seen.ball.forward_mm);
+    see_cut_ball(150, 143);
+    TEST_ASSERT_INT_WITHIN(5, 150, seen.ball.forward_mm);
     TEST_ASSERT_INT_WITHIN(1, -25, seen.ball.left_mm);
 }
 
-static void a_ball_that_fills_the_eye_is_near_but_nowhere(void)
+static void a_ball_cut_by_the_pictures_side_is_less_certain(void)
 {
-    report.flags = REPORT_BALL | REPORT_BALL_CLIPPED;
+    uint16_t whole_sigma_mm;
+
+    see_cut_ball(120, 180);
+    whole_sigma_mm = seen.ball.sigma_mm;
     report.ball_x_q4 = 60 * 16;
-    report.ball_row = 200;
-    report.ball_width_px = 120;
     sightings_from_report(&report, &soccer_tuning_default, &seen);
-    TEST_ASSERT_FALSE(seen.ball.valid);
-    TEST_ASSERT_TRUE(seen.ball_near);
+    TEST_ASSERT_TRUE(seen.ball.valid);
+    TEST_ASSERT_TRUE(seen.ball.sigma_mm > 2 * whole_sigma_mm);
+}
+
+static void the_foot_of_the_wall_is_placed_by_its_row(void)
+{
+    /* 300 mm ahead the foot lies 17.4 degrees below the horizon: row 163. */
+    report.flags = REPORT_WALL;
+    report.wall_row[1] = 163;
+    sightings_from_report(&report, &soccer_tuning_default, &seen);
+    TEST_ASSERT_FALSE(seen.wall[0].valid);
+    TEST_ASSERT_TRUE(seen.wall[1].valid);
+    TEST_ASSERT_INT_WITHIN(5, 300, seen.wall[1].forward_mm);
+    TEST_ASSERT_INT_WITHIN(2, -26, seen.wall[1].left_mm);
+    report.wall_row[1] = 90;
+    sightings_from_report(&report, &soccer_tuning_default, &seen);
+    TEST_ASSERT_FALSE(seen.wall[1].valid);
 }
 
 static void one_eye_places_a_ball_by_its_row(void)
@@ -153,8 +183,9 @@ int main(void)
     RUN_TEST(another_function_or_a_torn_frame_shows_nothing);
     RUN_TEST(a_ball_in_the_air_is_none);
     RUN_TEST(a_goal_of_the_wrong_width_is_none);
-    RUN_TEST(a_clipped_ball_is_placed_by_its_width);
-    RUN_TEST(a_ball_that_fills_the_eye_is_near_but_nowhere);
+    RUN_TEST(a_ball_cut_by_the_lower_border_is_placed_by_its_top);
+    RUN_TEST(a_ball_cut_by_the_pictures_side_is_less_certain);
+    RUN_TEST(the_foot_of_the_wall_is_placed_by_its_row);
     RUN_TEST(one_eye_places_a_ball_by_its_row);
     RUN_TEST(any_report_is_survived);
     return UNITY_END();

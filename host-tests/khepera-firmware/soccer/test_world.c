@@ -1,5 +1,5 @@
 // sources: khepera-firmware/soccer/angle.c khepera-firmware/soccer/odometry.c
-// sources: khepera-firmware/soccer/world.c
+// sources: khepera-firmware/soccer/world.c khepera-firmware/soccer/own_place.c
 // sources: khepera-firmware/soccer/tuning.c
 // includes: khepera-firmware
 /* What the world model makes of sightings; the robot's true pose is the test's. */
@@ -79,10 +79,10 @@ static pose_t believed(void)
 
 static void the_opponents_goal_tells_the_place(void)
 {
-    TEST_ASSERT_FALSE(world.localised);
+    TEST_ASSERT_FALSE(world.own.localised);
     look_at_goal(1);
     see_for(20);
-    TEST_ASSERT_TRUE(world.localised);
+    TEST_ASSERT_TRUE(world.own.localised);
     TEST_ASSERT_INT_WITHIN(8, -200, believed().x_q4 / 16);
     TEST_ASSERT_INT_WITHIN(8, 40, believed().y_q4 / 16);
     TEST_ASSERT_TRUE(world_position_sigma_mm(&world) < 30);
@@ -94,7 +94,7 @@ static void the_own_goal_is_told_by_the_heading(void)
     world_start(&world, &soccer_tuning_default, angle_from_radians(true_heading));
     look_at_goal(-1);
     see_for(20);
-    TEST_ASSERT_TRUE(world.localised);
+    TEST_ASSERT_TRUE(world.own.localised);
     TEST_ASSERT_INT_WITHIN(8, -200, believed().x_q4 / 16);
     TEST_ASSERT_INT_WITHIN(8, 40, believed().y_q4 / 16);
 }
@@ -114,7 +114,7 @@ static void a_goal_that_would_put_it_off_the_pitch_is_ignored(void)
     true_y = 500;
     look_at_goal(1);
     see_for(20);
-    TEST_ASSERT_FALSE(world.localised);
+    TEST_ASSERT_FALSE(world.own.localised);
 }
 
 static void once_it_knows_one_strange_post_moves_nothing(void)
@@ -303,17 +303,16 @@ static void a_ball_hidden_by_a_moving_opponent_goes_with_him(void)
     TEST_ASSERT_INT_WITHIN(30, lround(x) + 70, world.ball.x_q4 / 16);
 }
 
-static void a_ball_that_fills_the_eye_is_taken_to_be_before_the_robot(void)
+static void so_close_before_a_wall_the_view_is_blocked(void)
 {
     look_at_goal(1);
     see_for(20);
-    seen.ball_near = 1;
-    seen.ball.forward_mm = 80;
-    seen.ball.sigma_mm = 30;
-    see_for(1);
-    TEST_ASSERT_TRUE(world.ball.known);
-    TEST_ASSERT_INT_WITHIN(10, -120, world.ball.x_q4 / 16);
-    TEST_ASSERT_TRUE_MESSAGE(world.ball.age_ticks > 10, "a guess is no sighting");
+    TEST_ASSERT_FALSE(world_view_is_blocked(&world));
+    world.odometry.x_q16 = 420 * 65536;
+    TEST_ASSERT_TRUE(world_view_is_blocked(&world));
+    /* Along the wall the far one is seen. */
+    world.odometry.heading_q32 = 0x40000000u;
+    TEST_ASSERT_FALSE(world_view_is_blocked(&world));
 }
 
 int main(void)
@@ -336,6 +335,6 @@ int main(void)
     RUN_TEST(what_is_not_seen_gets_older_and_less_certain);
     RUN_TEST(range_and_bearing_are_those_from_the_robot);
     RUN_TEST(a_ball_hidden_by_a_moving_opponent_goes_with_him);
-    RUN_TEST(a_ball_that_fills_the_eye_is_taken_to_be_before_the_robot);
+    RUN_TEST(so_close_before_a_wall_the_view_is_blocked);
     return UNITY_END();
 }
