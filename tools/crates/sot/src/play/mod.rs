@@ -287,17 +287,17 @@ pub fn run(args: &Args) -> Result<()> {
         (None, false) => Some(PathBuf::from("match.png")),
         (None, true) => None,
     };
-    let factor = summary.time as f64 / SECOND as f64 / host_seconds;
     if args.json {
+        let factor = summary.time as f64 / SECOND as f64 / host_seconds;
         println!("{}", as_json(args.seed, &summary, Some(factor)));
     } else {
-        print_summary(args, &summary, factor);
+        print_summary(args, &summary, host_seconds);
     }
     // After the summary: a folder that is not there must not cost the match.
     if let Some(path) = &picture {
         write_picture(path, game.picture())?;
         if !args.json {
-            println!("picture   {}", path.display());
+            println!("picture     {}", path.display());
         }
     }
     Ok(())
@@ -361,6 +361,7 @@ fn watch(game: &mut Game, args: &Args) {
 }
 
 fn as_json(seed: u64, summary: &Summary, factor: Option<f64>) -> serde_json::Value {
+    let together = series::Together::of(seed, summary);
     json!({
         "seed": seed,
         "goals_for": summary.goals_for,
@@ -378,7 +379,11 @@ fn as_json(seed: u64, summary: &Summary, factor: Option<f64>) -> serde_json::Val
         "detection_rate": summary.tally.ball.rate(),
         "stuck_s": f64::from(summary.tally.stuck_ms) / 1000.0,
         "exposure_to_pwm_ms": summary.tally.exposure_to_pwm_ms.percentile(0.5),
+        "exposure_to_pwm_p99_ms": summary.tally.exposure_to_pwm_ms.percentile(0.99),
         "report_to_pwm_ms": summary.tally.report_to_pwm_ms.percentile(0.5),
+        "report_to_pwm_p99_ms": summary.tally.report_to_pwm_ms.percentile(0.99),
+        "detection": together.detection_as_json(),
+        "belief": together.belief_as_json(),
         "fpga": {
             "configured": summary.fpga.configured,
             "function": summary.fpga.function,
@@ -413,26 +418,24 @@ fn print_events(events: &[Event]) {
     }
 }
 
-fn print_summary(args: &Args, summary: &Summary, factor: f64) {
+fn print_summary(args: &Args, summary: &Summary, host_seconds: f64) {
     let seconds = summary.time as f64 / SECOND as f64;
+    let factor = seconds / host_seconds;
     let verdict = match (summary.goals_for, summary.goals_against) {
         (0, 0) => "no goal".to_owned(),
         (1, 0) => "GOAL, 1 : 0".to_owned(),
         (ours, theirs) => format!("{ours} : {theirs}"),
     };
     print_events(&summary.events);
-    println!("match {}   {verdict}, {seconds:.1} s", args.seed);
-    println!("FPGA      {}", fpga_in_words(&summary.fpga));
+    println!("match {:<5} {verdict}, {seconds:.1} s", args.seed);
+    println!("FPGA        {}", fpga_in_words(&summary.fpga));
     println!(
-        "eyes      {} frame pairs, {} reports taken by the base; ball in {}, goal in {}, opponent in {}",
+        "eyes        {} frame pairs, {} reports taken by the base; ball in {}, goal in {}, opponent in {}",
         summary.frames, summary.reports, summary.saw_ball, summary.saw_goal, summary.saw_opponent
     );
+    series::Together::of(args.seed, summary).print_measured();
     println!(
-        "base      68331 {:.0} % busy (approximate: see docs/DESIGN.md)",
-        summary.cpu_load * 100.0
-    );
-    println!(
-        "twin      {seconds:.1} s simulated, {factor:.1} times as fast as real time, trace {:016x}",
+        "twin        {seconds:.1} s simulated, {factor:.1} times as fast as real time, trace {:016x}",
         summary.trace_hash
     );
 }

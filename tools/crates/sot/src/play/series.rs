@@ -197,6 +197,20 @@ fn row(seed: u64, summary: &Summary) -> String {
     cells.join(",")
 }
 
+fn samples_as_json(samples: &Samples) -> Value {
+    json!({
+        "count": samples.len(),
+        "p50": samples.percentile(0.5),
+        "p90": samples.percentile(0.9),
+        "p99": samples.percentile(0.99),
+    })
+}
+
+/// A number for people.
+fn number(value: Option<f64>) -> String {
+    value.map_or("-".to_owned(), |value| format!("{value:.1}"))
+}
+
 /// Sums and merged measurements of a series.
 pub struct Together {
     matches: usize,
@@ -277,25 +291,41 @@ impl Together {
         self.report_to_pwm.extend(&tally.report_to_pwm_ms);
     }
 
+    /// Of one match, whose speed is of no interest here.
+    pub fn of(seed: u64, summary: &Summary) -> Self {
+        let summaries = vec![summary.clone()];
+        Outcome { first_seed: seed, summaries, host_seconds: f64::NAN }.together()
+    }
+
+    /// What was found of what is visible.
+    pub fn detection_as_json(&self) -> Value {
+        let detection = |d: &Detection| json!({"visible": d.visible, "found": d.found, "wrong": d.wrong, "rate": d.rate()});
+        json!({
+            "ball": detection(&self.ball),
+            "goal": detection(&self.goal),
+            "opponent": detection(&self.opponent),
+        })
+    }
+
+    /// How far what was believed is from the truth.
+    pub fn belief_as_json(&self) -> Value {
+        let errors = |e: &Errors| {
+            json!({
+                "range_percent": samples_as_json(&e.range_percent),
+                "bearing_deg": samples_as_json(&e.bearing_deg),
+            })
+        };
+        json!({
+            "ball": errors(&self.ball_errors),
+            "goal": errors(&self.goal_errors),
+            "opponent": errors(&self.opponent_errors),
+        })
+    }
+
     /// One object with all of it.
     pub fn as_json(&self) -> Value {
         let interval = |estimate: &Option<Estimate>| {
             estimate.map(|e| json!({"value": e.value, "low": e.low, "high": e.high}))
-        };
-        let detection = |d: &Detection| json!({"visible": d.visible, "found": d.found, "wrong": d.wrong, "rate": d.rate()});
-        let samples = |s: &Samples| {
-            json!({
-                "count": s.len(),
-                "p50": s.percentile(0.5),
-                "p90": s.percentile(0.9),
-                "p99": s.percentile(0.99),
-            })
-        };
-        let errors = |e: &Errors| {
-            json!({
-                "range_percent": samples(&e.range_percent),
-                "bearing_deg": samples(&e.bearing_deg),
-            })
         };
         json!({
             "matches": self.matches,
@@ -306,19 +336,11 @@ impl Together {
             "goal_difference": interval(&self.difference),
             "time_to_ball_s": median(&self.to_ball),
             "time_to_goal_s": median(&self.to_goal),
-            "detection": {
-                "ball": detection(&self.ball),
-                "goal": detection(&self.goal),
-                "opponent": detection(&self.opponent),
-            },
-            "belief": {
-                "ball": errors(&self.ball_errors),
-                "goal": errors(&self.goal_errors),
-                "opponent": errors(&self.opponent_errors),
-            },
+            "detection": self.detection_as_json(),
+            "belief": self.belief_as_json(),
             "stuck_s": self.stuck_s,
-            "exposure_to_pwm_ms": samples(&self.exposure_to_pwm),
-            "report_to_pwm_ms": samples(&self.report_to_pwm),
+            "exposure_to_pwm_ms": samples_as_json(&self.exposure_to_pwm),
+            "report_to_pwm_ms": samples_as_json(&self.report_to_pwm),
             "cpu_load_most": self.cpu_load_most,
             "sim_seconds": self.sim_seconds,
             "realtime_factor": self.factor,
@@ -336,19 +358,27 @@ impl Together {
         let difference = self.difference.map_or("-".to_owned(), |e| {
             format!("{:+.2} a match (95 %: {:+.2} to {:+.2})", e.value, e.low, e.high)
         });
-        let number = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.1}"));
-        let pair = |s: &Samples, share: f64| {
-            format!("{} / {}", number(s.percentile(0.5)), number(s.percentile(share)))
-        };
         println!(
             "{} matches   {} : {}, of these {} own goals of ours",
             self.matches, self.goals_for, self.goals_against, self.own_goals
         );
         println!("scored in   {}", in_percent(&self.scored));
         println!("difference  {difference}");
+        self.print_measured();
         println!(
-            "times       to the ball {} s, to the first goal {} s (medians of those that came to it); \
-             stuck {:.1} s a minute",
+            "twin        {:.0} s simulated, {:.1} times as fast as real time",
+            self.sim_seconds, self.factor
+        );
+    }
+
+    /// The part that a single match has, too.
+    pub fn print_measured(&self) {
+        let pair = |s: &Samples, share: f64| {
+            format!("{} / {}", number(s.percentile(0.5)), number(s.percentile(share)))
+        };
+        let many = if self.matches > 1 { " (medians of those that came to it)" } else { "" };
+        println!(
+            "times       to the ball {} s, to the first goal {} s{many}; stuck {:.1} s a minute",
             number(median(&self.to_ball)),
             number(median(&self.to_goal)),
             self.stuck_s / self.sim_seconds * 60.0
@@ -373,14 +403,10 @@ impl Together {
         );
         println!(
             "latency     median / 99 %: mid-exposure to PWM {} ms, report to PWM {} ms; 68331 at most \
-             {:.0} % busy",
+             {:.0} % busy (approximate)",
             pair(&self.exposure_to_pwm, 0.99),
             pair(&self.report_to_pwm, 0.99),
             self.cpu_load_most * 100.0
-        );
-        println!(
-            "twin        {:.0} s simulated, {:.1} times as fast as real time",
-            self.sim_seconds, self.factor
         );
     }
 }
