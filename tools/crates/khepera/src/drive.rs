@@ -24,6 +24,9 @@ const ROLLING_FRICTION: f64 = 0.02;
 const STATIC_FRICTION: f64 = 0.04;
 /// Mass that one wheel's motor feels: half of the robot and the geared rotor.
 const MASS_KG: f64 = 0.10;
+/// Speed without load or friction, and force at the rim at rest, full duty and nominal voltage.
+pub(crate) const FULL_SPEED_MM_S: f64 = NO_LOAD_MM_S;
+pub(crate) const STALL_FORCE_N: f64 = MASS_KG * NO_LOAD_MM_S / 1000.0 / TIME_CONSTANT_S;
 /// The battery's voltage at which the figures above hold.
 pub(crate) const NOMINAL_MV: u32 = 4800;
 

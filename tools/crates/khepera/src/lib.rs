@@ -22,6 +22,7 @@
 //! ```
 
 mod adc;
+pub mod battery;
 mod bus;
 mod cpu32;
 mod diagnostics;

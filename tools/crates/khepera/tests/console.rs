@@ -8,6 +8,8 @@ use common_sys::constants as board;
 use khepera::turret_bus::Unconnected;
 use khepera::{Base, Config};
 use sim::{MS, Ps, SECOND, US};
+use world::Noise;
+use world::open_floor::OpenFloor;
 
 /// What every reply must come within.
 const REPLY: Ps = 50 * MS;
@@ -227,33 +229,34 @@ fn drive(desk: &mut Desk, pose: &mut [f64; 3], time: Ps) {
     }
 }
 
-/// Send a line and drive on until its answer is there.
-fn ask_on_the_move(desk: &mut Desk, pose: &mut [f64; 3], line: &str) -> String {
-    desk.clear();
-    desk.base.serial_send(format!("{line}\n").as_bytes());
-    for _ in 0..200 {
-        drive(desk, pose, MS);
-        if desk.heard.ends_with(b"\r\n") {
-            return desk.text();
-        }
-    }
-    panic!("'{line}' was not answered");
+/// Where a robot is that should be back where it began: distance in mm, turn in degrees.
+fn closes(pose: [f64; 3]) -> (f64, f64) {
+    (pose[0].hypot(pose[1]), (pose[2] - std::f64::consts::TAU).to_degrees())
 }
 
-#[test]
-fn a_metre_square_by_position_commands_closes() {
-    let mut desk = Desk::new();
-    let mut pose = [0.0; 3];
+/// A metre square by eight position commands. `drive` lets time pass.
+fn metre_square(desk: &mut Desk, mut drive: impl FnMut(&mut Desk, Ps)) {
+    let mut ask = |desk: &mut Desk, line: &str, wait: Ps| {
+        drive(desk, wait);
+        desk.clear();
+        desk.base.serial_send(format!("{line}\n").as_bytes());
+        for _ in 0..200 {
+            drive(desk, MS);
+            if desk.heard.ends_with(b"\r\n") {
+                return desk.text();
+            }
+        }
+        panic!("'{line}' was not answered");
+    };
     let mut target = [0i32; 2];
     for leg in 0..8 {
         let way = if leg % 2 == 0 { [12000, 12000] } else { [-500, 500] };
         target = [target[0] + way[0], target[1] + way[1]];
         let line = format!("C,{},{}", target[0], target[1]);
-        assert_eq!(ask_on_the_move(&mut desk, &mut pose, &line), "c\r\n");
+        assert_eq!(ask(desk, &line, 0), "c\r\n");
         let mut polls = 0;
         loop {
-            drive(&mut desk, &mut pose, 50 * MS);
-            let status = ask_on_the_move(&mut desk, &mut pose, "K");
+            let status = ask(desk, "K", 50 * MS);
             let field = |n: usize| status.trim_end().split(',').nth(n).map(str::to_owned);
             if field(1).as_deref() == Some("1") && field(4).as_deref() == Some("1") {
                 break;
@@ -262,10 +265,49 @@ fn a_metre_square_by_position_commands_closes() {
             assert!(polls < 200, "leg {leg} does not end: {status}");
         }
     }
-    let distance = pose[0].hypot(pose[1]);
-    let turn = (pose[2] - std::f64::consts::TAU).to_degrees();
+}
+
+#[test]
+fn a_metre_square_by_position_commands_closes() {
+    let mut desk = Desk::new();
+    let mut pose = [0.0; 3];
+    metre_square(&mut desk, |desk, time| drive(desk, &mut pose, time));
+    let (distance, turn) = closes(pose);
     println!("closes within {distance:.1} mm and {turn:.2} degrees");
     assert!(distance < 10.0 && turn.abs() < 2.0, "{distance} mm, {turn} degrees");
+}
+
+/// The same on a floor, worst of some robots: distance in mm and turn in degrees.
+fn worst_square(robots: impl Iterator<Item = OpenFloor>) -> (f64, f64) {
+    robots.fold((0.0, 0.0), |(far, turned), mut floor| {
+        let mut desk = Desk::new();
+        desk.base.set_load(floor.wheel_loads_n());
+        metre_square(&mut desk, |desk, time| {
+            for _ in 0..time / MS {
+                desk.base.run_until(desk.base.now() + MS, &mut Unconnected);
+                floor.step(desk.base.wheel_speeds_mm_s());
+                desk.listen();
+            }
+        });
+        let pose = floor.pose();
+        let (distance, turn) = closes([pose.x_mm, pose.y_mm, pose.heading_rad]);
+        (f64::max(far, distance), f64::max(turned, turn.abs()))
+    })
+}
+
+#[test]
+fn a_metre_square_with_slip_closes_as_stated() {
+    let slip = |noise| worst_square((1..=2).map(|seed| OpenFloor::with_equal_wheels(noise, seed)));
+    let all = |noise| worst_square((1..=2).map(|seed| OpenFloor::new(noise, seed)));
+    for (name, worst, limit) in [
+        ("slip, measured", slip(Noise::Measured), (45.0, 3.0)),
+        ("slip, harsh", slip(Noise::Harsh), (120.0, 8.0)),
+        ("unequal wheels too, measured", all(Noise::Measured), (400.0, 60.0)),
+    ] {
+        println!("{name}: closes within {:.0} mm and {:.1} degrees", worst.0, worst.1);
+        assert!(worst.0 < limit.0 && worst.1 < limit.1, "{name}: {worst:?}");
+        assert!(worst.0 > 0.1, "{name}: nothing slips");
+    }
 }
 
 #[test]

@@ -7,6 +7,8 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
+use common_sys::constants as board;
+use khepera::battery::Battery;
 use khepera::turret_bus::Unconnected;
 use khepera::{Base, Config, CpuState, ResetCause, WheelFault};
 use object::read::elf::ElfFile32;
@@ -250,6 +252,49 @@ fn a_brown_out_stops_and_what_comes_back_stands_still() {
         assert!(motors_are_off(&base), "the motors run after a brown-out");
     }
     assert_eq!(ask(&mut base, "E").split(',').next(), Some("e"), "it is back");
+}
+
+#[test]
+fn a_battery_that_empties_is_told_and_ends_in_a_brown_out_with_the_motors_off() {
+    let mut base = Base::new(firmware(), Config::default()).expect("a good image");
+    let mut battery = Battery::connect(&mut base, 0.05);
+    let mut seconds = 0.0;
+    let mut run = |base: &mut Base, battery: &mut Battery, time: Ps| {
+        let end = base.now() + time;
+        while base.now() < end {
+            base.run_until(base.now() + 5 * MS, &mut Unconnected);
+            battery.step(base);
+            seconds += 0.005;
+        }
+    };
+    run(&mut base, &mut battery, SECOND);
+    base.serial_send(b"log live on\r\nD,60,60\r\n");
+    run(&mut base, &mut battery, SECOND);
+    assert!((0.15..0.6).contains(&battery.current_a()), "{} A", battery.current_a());
+    base.serial_take();
+    base.serial_send(b"I,8\r\n");
+    run(&mut base, &mut battery, 100 * MS);
+    let said: Vec<u8> = base.serial_take().into_iter().map(|(_, byte)| byte).collect();
+    let read = String::from_utf8_lossy(&said).trim_end().rsplit(',').next().map(str::to_owned);
+    let read: f64 = read.and_then(|text| text.parse().ok()).expect("i,VALUE");
+    let shown_mv = read * f64::from(board::BOARD_ADC_BATTERY_FULL_SCALE_MV) / 1023.0;
+    assert!((shown_mv - f64::from(battery.millivolt())).abs() < 60.0, "{shown_mv} mV");
+
+    let mut said = String::new();
+    for _ in 0..600 {
+        run(&mut base, &mut battery, SECOND);
+        said.extend(base.serial_take().into_iter().map(|(_, byte)| char::from(byte)));
+        if base.cpu_state() == CpuState::Held {
+            break;
+        }
+    }
+    assert_eq!(base.cpu_state(), CpuState::Held, "{battery:?}");
+    assert!(said.contains("battery low"), "{said}");
+    assert!(motors_are_off(&base));
+    // Without load the voltage recovers: the base must not start and drive again.
+    run(&mut base, &mut battery, 20 * SECOND);
+    assert!(motors_are_off(&base) && base.resets().len() < 4, "{:?}", base.resets());
+    println!("empty after {seconds:.0} s from 5 %, at {} mV", battery.millivolt());
 }
 
 /// A parameter's value, from the answer `NAME = VALUE unit (...)`.

@@ -5,21 +5,24 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
+use khepera::battery::Battery;
 use khepera::turret_bus::Unconnected;
 use khepera::{Base, Config, Load, ResetCause, WheelFault};
 use serde_json::{Value, json};
 use sim::{MS, Ps, SECOND};
 use turret_link::registry::{self, Kind, Twin};
+use world::open_floor::OpenFloor;
 
 use crate::interrupt::{self, Interrupted};
 use crate::output::write_file;
+use crate::play::Noise;
 use crate::pty::Pty;
 use crate::twin::{parse_seconds, read_limited};
 
 /// A Khepera base (MC68331) with any firmware image, its serial line on a pseudo-terminal
 ///
 /// Without IMAGE it runs the firmware just built. The base stands on an endless floor with nothing
-/// around it and no turret on top.
+/// around it and no turret on top; --noise says how well its wheels hold it, --battery lets it empty.
 ///
 /// It runs in the pace of the wall clock, and the pseudo-terminal is there once the base has been on
 /// for half a simulated second. Characters take the time that they take on the wire at the baud rate
@@ -34,7 +37,9 @@ Examples:
   sot twin khepera --flash robot.bin --pty ./tty  a base that keeps what is saved and flashed
   sot twin khepera --seconds 2 --json             two simulated seconds, and what came of them
   sot twin khepera --pty ./tty --fault encoder-stuck-left@5
-                                                  after 5 s the left encoder stands still")]
+                                                  after 5 s the left encoder stands still
+  sot twin khepera --pty ./tty --noise measured --battery 20
+                                                  wheels that slip, and a battery nearly empty")]
 pub struct KheperaArgs {
     /// Program: ELF, S-records, or the flash's contents as raw bytes [default: the one just built]
     image: Option<PathBuf>,
@@ -48,6 +53,16 @@ pub struct KheperaArgs {
     /// Rate of the line's other end, 8N1 [default: follows the firmware's]
     #[arg(long, value_parser = clap::value_parser!(u32).range(300..=1_000_000))]
     baud: Option<u32>,
+    /// How its wheels are: none = equal, and they slip only where they must; measured and harsh as in
+    /// `sot play`, unequal, with slip and drag and a battery that is not quite full
+    #[arg(long, value_enum, default_value_t = Noise::None)]
+    noise: Noise,
+    /// Draws what is peculiar to this robot, with --noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// A battery that empties, charged to so much, in percent [default: one that does not]
+    #[arg(long, value_name = "PERCENT", value_parser = parse_percent)]
+    battery: Option<f64>,
     /// What breaks when, in simulated seconds; may be given more than once
     #[arg(long, value_name = "FAULT@SECONDS", value_parser = parse_fault)]
     fault: Vec<Fault>,
@@ -129,10 +144,17 @@ impl Fault {
     }
 }
 
+fn parse_percent(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(percent) if (0.0..=100.0).contains(&percent) => Ok(percent),
+        _ => Err("write a percentage, 0 to 100".to_owned()),
+    }
+}
+
 /// Run the verb.
 pub fn run(args: &KheperaArgs) -> Result<()> {
     let (base, name) = switched_on(args)?;
-    let mut bench = Bench::new(base, &args.fault);
+    let mut bench = Bench::new(base, args);
     let stop = interrupt::watch();
     let end = args.seconds.map_or(Ps::MAX, |seconds| (seconds * SECOND as f64) as Ps);
     let headless = args.pty.is_none() && args.seconds.is_some();
@@ -182,21 +204,52 @@ struct Bench {
     base: Base,
     /// Faults still to come, the last one first.
     faults: Vec<Fault>,
+    floor: OpenFloor,
+    battery: Option<Battery>,
+    /// A fault has taken the supply's voltage over.
+    supply_fault: bool,
+    /// When floor and battery are looked after next.
+    next_step: Ps,
 }
 
 impl Bench {
-    fn new(base: Base, faults: &[Fault]) -> Self {
-        let mut faults = faults.to_vec();
+    fn new(mut base: Base, args: &KheperaArgs) -> Self {
+        let mut faults = args.fault.clone();
         faults.sort_by_key(|fault| std::cmp::Reverse(fault.at));
-        Self { base, faults }
+        let floor = OpenFloor::new(args.noise.into(), args.seed);
+        base.set_load(floor.wheel_loads_n());
+        let full_mv = f64::from(Config::default().battery_mv) * floor.battery();
+        base.set_battery_mv(full_mv as u32);
+        let battery = args.battery.map(|percent| Battery::connect(&mut base, percent / 100.0));
+        Self { base, faults, floor, battery, supply_fault: false, next_step: MS }
     }
 
     fn run_until(&mut self, t: Ps) {
-        while let Some(fault) = self.faults.pop_if(|fault| fault.at <= t) {
-            self.base.run_until(fault.at, &mut Unconnected);
-            fault.inject(&mut self.base);
+        while self.base.now() < t {
+            while let Some(fault) = self.faults.pop_if(|fault| fault.at <= self.base.now()) {
+                self.supply_fault = match fault.what {
+                    Break::BrownOut => true,
+                    Break::Wheel(usize::MAX, _) => false,
+                    _ => self.supply_fault,
+                };
+                fault.inject(&mut self.base);
+            }
+            let fault = self.faults.last().map_or(Ps::MAX, |fault| fault.at);
+            let next = (self.base.now() / MS + 1) * MS;
+            self.base.run_until(next.min(fault).min(t), &mut Unconnected);
+            if self.base.now() >= self.next_step {
+                self.step();
+            }
         }
-        self.base.run_until(t, &mut Unconnected);
+    }
+
+    /// What a millisecond does to floor and battery.
+    fn step(&mut self) {
+        self.next_step += MS;
+        self.floor.step(self.base.wheel_speeds_mm_s());
+        if let Some(battery) = self.battery.as_mut().filter(|_| !self.supply_fault) {
+            battery.step(&mut self.base);
+        }
     }
 
     /// As fast as it goes; returns what the base said.
@@ -256,6 +309,14 @@ impl Bench {
         let latency =
             base.worst_interrupt_latency().map(|ps| ps as f64 / (SECOND / 1_000_000) as f64);
         let diagnostics: Vec<String> = base.diagnostics().iter().map(ToString::to_string).collect();
+        let pose = self.floor.pose();
+        let battery = self.battery.as_ref().map(|battery| {
+            json!({
+                "percent": 100.0 * battery.charge(),
+                "millivolt": battery.millivolt(),
+                "ampere": battery.current_a(),
+            })
+        });
         json!({
             "sim_seconds": self.sim_seconds(),
             "realtime_factor": self.sim_seconds() / host_seconds.max(1e-9),
@@ -267,6 +328,8 @@ impl Bench {
             "motors": motors,
             "wheel_travel_mm": base.wheel_travel_mm(),
             "wheel_speed_mm_s": base.wheel_speeds_mm_s(),
+            "pose": { "x_mm": pose.x_mm, "y_mm": pose.y_mm, "heading_deg": pose.heading_rad.to_degrees() },
+            "battery": battery,
             "leds": base.leds(),
             "interrupt_latency_us": latency,
             "serial_framing_errors": base.serial_framing_errors(),
@@ -288,6 +351,10 @@ impl Bench {
             load * 100.0,
             base.cpu_state()
         );
+        if let Some(battery) = &self.battery {
+            let (percent, mv) = (100.0 * battery.charge(), battery.millivolt());
+            println!("battery {percent:.1} %, {mv} mV, {:.3} A", battery.current_a());
+        }
         for reset in base.resets() {
             let seconds = reset.time as f64 / SECOND as f64;
             println!("reset at {seconds:.3} s by {}", cause_name(reset.cause));

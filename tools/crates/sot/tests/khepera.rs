@@ -124,6 +124,24 @@ fn a_twin_that_dies_under_a_flash_is_told() {
 }
 
 #[test]
+fn a_battery_empties_and_the_floor_tells_where_the_robot_is() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let arguments = "twin khepera --seconds 3 --json --battery 50 --noise measured --seed 2";
+    let words: Vec<&str> = arguments.split(' ').collect();
+    let report: serde_json::Value =
+        serde_json::from_str(&told(folder.path(), &words)).expect("JSON");
+    let percent = report["battery"]["percent"].as_f64().expect("a number");
+    assert!((49.0..50.0).contains(&percent), "{report}");
+    assert_eq!(report["pose"]["x_mm"], 0.0, "nobody drives it");
+
+    // Empty: it never starts.
+    let said =
+        told(folder.path(), &["twin", "khepera", "--seconds", "1", "--battery", "0", "--json"]);
+    let report: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+    assert_eq!((&report["cpu"], &report["resets"]), (&"held".into(), &serde_json::json!([])));
+}
+
+#[test]
 fn wrong_use_is_told_in_one_line() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     fs::write(folder.path().join("zeros"), [0; 100]).expect("writable");
@@ -137,6 +155,7 @@ fn wrong_use_is_told_in_one_line() {
         (&["console", "--robot", "serial:no", "B"], FAILED, "cannot open no"),
         (&["console", "--timeout", "x"], USAGE, "seconds"),
         (&["twin", "khepera", "--fault", "flood@1"], USAGE, "encoder-stuck-left"),
+        (&["twin", "khepera", "--battery", "101"], USAGE, "percentage"),
         (&["twin", "khepera", "--pty", "there"], FAILED, "not a link"),
         (&["twin", "khepera", "zeros", "--seconds", "1"], FAILED, "neither an ELF"),
     ] {

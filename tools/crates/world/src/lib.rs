@@ -9,6 +9,7 @@ pub mod chronicle;
 mod font;
 pub mod materials;
 pub mod noise;
+pub mod open_floor;
 pub mod opponents;
 pub mod physics;
 pub mod picture;

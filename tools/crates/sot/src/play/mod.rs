@@ -150,13 +150,23 @@ enum FormatName {
 
 /// Noise levels.
 #[derive(Clone, Copy, ValueEnum)]
-enum Noise {
+pub enum Noise {
     /// Perfect cameras, wheels and floor
     None,
     /// Pixel noise, blur, vignetting, eyes and wheels slightly unequal
     Measured,
     /// Half the light, twice the noise, eyes and wheels that differ, a sloping floor
     Harsh,
+}
+
+impl From<Noise> for world::Noise {
+    fn from(noise: Noise) -> Self {
+        match noise {
+            Noise::None => Self::None,
+            Noise::Measured => Self::Measured,
+            Noise::Harsh => Self::Harsh,
+        }
+    }
 }
 
 /// What the cameras deliver.
@@ -227,11 +237,7 @@ fn setup(args: &Args) -> Result<Setup> {
             Ball::Yellow => twin::game::BallColour::Yellow,
             Ball::Pink => twin::game::BallColour::Pink,
         },
-        noise: match args.noise {
-            Noise::None => twin::game::Noise::None,
-            Noise::Measured => twin::game::Noise::Measured,
-            Noise::Harsh => twin::game::Noise::Harsh,
-        },
+        noise: args.noise.into(),
         materials,
         format: Format { first_goal_ends, ..format },
     })
