@@ -1,5 +1,7 @@
 #include "app/motion.h"
 
+#include "app/seldom.h"
+
 /* 12 counts/mm / 100 Hz * 256 = 30.72 per mm/s; a ramp in mm/s^2 is 1/100 of that a period. */
 #define Q8_PER_MM_S(v) ((int32_t)(v)*768 / 25)
 #define RAMP_Q8(mm_s2) ((mm_s2)*192 / 625)
@@ -96,14 +98,28 @@ static int may_try_again(const motion_t *motion, const int32_t speed_q8[2])
     return 1;
 }
 
-void motion_drive(motion_t *motion, int16_t left_mm_s, int16_t right_mm_s)
+/* Soccer tells each tick what it changes with a decision. Returns 1 if this is nothing new. */
+static int was_told(motion_t *motion, int16_t left_mm_s, int16_t right_mm_s)
+{
+    int32_t ramp = motion->settings->drive_ramp_mm_s2;
+
+    if (motion->driving && !motion->fault && left_mm_s == motion->told_mm_s[0] &&
+        right_mm_s == motion->told_mm_s[1] && ramp == motion->told_ramp_mm_s2)
+        return 1;
+    motion->told_mm_s[0] = left_mm_s;
+    motion->told_mm_s[1] = right_mm_s;
+    motion->told_ramp_mm_s2 = ramp;
+    return 0;
+}
+
+SELDOM static void drive(motion_t *motion, int16_t left_mm_s, int16_t right_mm_s)
 {
     int32_t left = left_mm_s;
     int32_t right = right_mm_s;
+    int32_t ramp_q8 = RAMP_Q8(motion->settings->drive_ramp_mm_s2);
     int32_t size_left = left < 0 ? -left : left;
     int32_t size_right = right < 0 ? -right : right;
     int32_t largest = size_left > size_right ? size_left : size_right;
-    int32_t ramp_q8 = RAMP_Q8(motion->settings->drive_ramp_mm_s2);
     int32_t speed_q8[2];
 
     if (largest > MOTION_MAX_MM_S) {
@@ -120,6 +136,12 @@ void motion_drive(motion_t *motion, int16_t left_mm_s, int16_t right_mm_s)
     motion->driving = 1;
     wheel_speed(&motion->wheel[0], speed_q8[0], ramp_q8);
     wheel_speed(&motion->wheel[1], speed_q8[1], ramp_q8);
+}
+
+void motion_drive(motion_t *motion, int16_t left_mm_s, int16_t right_mm_s)
+{
+    if (!was_told(motion, left_mm_s, right_mm_s))
+        drive(motion, left_mm_s, right_mm_s);
 }
 
 void motion_set_counters(motion_t *motion, int32_t left, int32_t right)

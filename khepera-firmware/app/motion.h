@@ -29,11 +29,13 @@ typedef struct {
 
 typedef struct {
     const motion_settings_t *settings;
-    wheel_t wheel[2];    /* [0] left, [1] right */
-    int32_t position[2]; /* K-Team's position counters, counts; they wrap */
-    uint8_t fault;       /* wheels that did not turn: the motors are off */
-    uint8_t new_fault;   /* ... not yet told */
-    uint8_t driving;     /* soccer drives */
+    wheel_t wheel[2];        /* [0] left, [1] right */
+    int32_t position[2];     /* K-Team's position counters, counts; they wrap */
+    uint8_t fault;           /* wheels that did not turn: the motors are off */
+    uint8_t new_fault;       /* ... not yet told */
+    uint8_t driving;         /* soccer drives, */
+    int16_t told_mm_s[2];    /* ... and told this, */
+    int32_t told_ramp_mm_s2; /* ... with this ramp */
     uint16_t fault_periods;
     int8_t fault_sign[2]; /* direction in which it did not turn */
 } motion_t;

@@ -417,7 +417,7 @@ void robot_tick(robot_t *robot)
     robot->base->motors(robot->base->context, duty[0], duty[1]);
     if (robot->motion.new_fault)
         tell_faults(robot);
-    if (robot->playing)
+    if (soccer_has_event(&robot->soccer))
         tell_transitions(robot);
     if (robot->ticks % SENSOR_TICKS == 0)
         read_sensors(robot);

@@ -104,9 +104,10 @@ void wheel_position(wheel_t *wheel, int32_t way, int32_t top_q8, int32_t acceler
 
 /* ---- Profiles ---- */
 
-static void ramp(wheel_t *wheel)
+/* The ramp's next speed. */
+static int32_t next_set(const wheel_t *wheel)
 {
-    wheel->set_q8 += clamp(wheel->command_q8 - wheel->set_q8, wheel->ramp_q8);
+    return wheel->set_q8 + clamp(wheel->command_q8 - wheel->set_q8, wheel->ramp_q8);
 }
 
 /* The greatest speed from which the profile still stops within `way`. */
@@ -195,14 +196,15 @@ static int32_t limit_sum(wheel_t *wheel, const wheel_gains_t *gains, int32_t sum
     return clamp(sum_q8, wheel->sum_limit_q8);
 }
 
-static int32_t speed_duty(const wheel_t *wheel, const wheel_settings_t *settings)
+/* With this set speed. */
+static int32_t speed_duty(const wheel_t *wheel, const wheel_settings_t *settings, int32_t set_q8)
 {
-    int32_t error_q8 = wheel->set_q8 - wheel->measured_q8;
+    int32_t error_q8 = set_q8 - wheel->measured_q8;
 
     /* At rest and on the spot: off, not humming. */
-    if (wheel->command_q8 == 0 && wheel->set_q8 == 0 && wheel->measured_q8 == 0)
+    if (wheel->command_q8 == 0 && set_q8 == 0 && wheel->measured_q8 == 0)
         return 0;
-    return forward_duty(wheel, wheel->set_q8) + signed_like(settings->friction, wheel->set_q8) +
+    return forward_duty(wheel, set_q8) + signed_like(settings->friction, set_q8) +
            pid(&settings->speed, error_q8, wheel->lag_q8, error_q8 - wheel->last_error_q8);
 }
 
@@ -214,8 +216,8 @@ static int32_t step_speed(wheel_t *wheel, const wheel_settings_t *settings)
         limit_sum(wheel, &settings->speed, wheel->lag_q8 + wheel->set_q8 - wheel->measured_q8);
     if (wheel->command_q8 == 0 && wheel->set_q8 == 0 && wheel->measured_q8 == 0)
         wheel->lag_q8 = 0;
-    ramp(wheel);
-    duty = speed_duty(wheel, settings);
+    wheel->set_q8 = next_set(wheel);
+    duty = speed_duty(wheel, settings, wheel->set_q8);
     wheel->last_error_q8 = wheel->set_q8 - wheel->measured_q8;
     return duty;
 }
@@ -302,13 +304,10 @@ int16_t wheel_step(wheel_t *wheel, const wheel_settings_t *settings, int32_t cou
 
 int16_t wheel_refresh(const wheel_t *wheel, const wheel_settings_t *settings)
 {
-    wheel_t ahead = *wheel;
-
     if (wheel->mode != WHEEL_SPEED || is_zero(&settings->speed))
         return wheel->duty;
-    /* On a copy: the ramp itself advances once a period. */
-    ramp(&ahead);
-    return (int16_t)limit_current(&ahead, speed_duty(&ahead, settings));
+    /* The ramp itself advances once a period. */
+    return (int16_t)limit_current(wheel, speed_duty(wheel, settings, next_set(wheel)));
 }
 
 int wheel_on_target(const wheel_t *wheel)

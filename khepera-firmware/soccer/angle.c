@@ -101,6 +101,10 @@ uint32_t square_root(uint32_t square)
     }
     for (; scaled >= 1ul << 16; scaled >>= 8)
         shift += 4;
+    if (scaled >= 4096) {
+        scaled >>= 4;
+        shift += 2;
+    }
     for (; scaled >= 256; scaled >>= 2)
         shift++;
     /* One step of Newton's method makes the guess's 0.5 % less than one. */

@@ -51,6 +51,12 @@ int soccer_wheels(const soccer_t *soccer, wheels_t *wheels);
 /* The wheel speeds while no reports come: slowly on the spot. */
 void soccer_search_blind(const soccer_t *soccer, wheels_t *wheels);
 
+/* 1 if soccer_take_event() would give one. */
+static inline int soccer_has_event(const soccer_t *soccer)
+{
+    return soccer->strategy.event_count > 0;
+}
+
 /* The oldest change of state not yet taken, with its reason: 1, or 0 if there is none. */
 int soccer_take_event(soccer_t *soccer, strategy_event_t *event);
 
