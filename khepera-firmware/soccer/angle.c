@@ -129,6 +129,16 @@ uint32_t length_of(int32_t x, int32_t y)
     return square_root(run * run + rise * rise) << shift;
 }
 
+int is_within(int32_t x, int32_t y, uint32_t radius)
+{
+    uint32_t run = (uint32_t)(x < 0 ? -x : x);
+    uint32_t rise = (uint32_t)(y < 0 ? -y : y);
+
+    if (run >= radius || rise >= radius)
+        return 0;
+    return run + rise < radius || length_of(x, y) < radius;
+}
+
 angle_t angle_from_degrees(int32_t degrees)
 {
     return angle_wrap(degrees * 65536 / 360);

@@ -31,6 +31,9 @@ angle_t angle_of(int32_t x, int32_t y);
 /* Length of (x, y), rounded down; |x|, |y| < 2^29. Above 2^15 the lowest bits are lost. */
 uint32_t length_of(int32_t x, int32_t y);
 
+/* 1 if length_of(x, y) is below `radius`, up to 2^15; takes the root only where it is close. */
+int is_within(int32_t x, int32_t y, uint32_t radius);
+
 /* Square root, rounded down. */
 uint32_t square_root(uint32_t square);
 

@@ -5,7 +5,7 @@
 
 /* Without a report it decides so often: reports come each 2.5 ticks, and more often than that the
  * wheels cannot follow. */
-#define DECIDE_TICKS 3u
+#define DECIDE_TICKS 4u
 
 /* Open eyes see at least the foot of a wall, or what hides it, unless that is right before them. */
 #define TELLS_SOMETHING                                                                            \

@@ -278,10 +278,12 @@ static void choose_shot(strategy_t *strategy, const world_t *world, const situat
         int32_t over = angle_wrap(shot - left);
         int32_t under = angle_wrap(right - shot);
         int32_t outside = over > under ? over : under;
-        int32_t cost = direction_cost(strategy, now, shot, outside > 0 ? outside : 0) +
-                       size_of(aside) * COST_OF_STEP;
+        int32_t cost = size_of(aside) * COST_OF_STEP;
         int32_t more;
 
+        if (cost >= best)
+            break; /* and so are all that follow */
+        cost += direction_cost(strategy, now, shot, outside > 0 ? outside : 0);
         if (cost >= best)
             continue;
         more = obstacle_cost(strategy, world, now, shot);
@@ -300,8 +302,8 @@ static int is_contested(const strategy_t *strategy, const world_t *world, const 
     const object_t *opponent = &world->opponent;
 
     return opponent->known && opponent->age_ticks * TICK_MS < strategy->tuning->opponent_fresh_ms &&
-           length_of(opponent->x_q4 - now->ball_x_q4, opponent->y_q4 - now->ball_y_q4) <
-               (uint32_t)strategy->tuning->contest_mm * 16;
+           is_within(opponent->x_q4 - now->ball_x_q4, opponent->y_q4 - now->ball_y_q4,
+                     (uint32_t)strategy->tuning->contest_mm * 16);
 }
 
 static void look_around(strategy_t *strategy, const world_t *world, situation_t *now)
@@ -384,8 +386,8 @@ static void relocate(strategy_t *strategy, const world_t *world)
     odometry_pose(&world->odometry, &pose);
     drive_to(strategy, world, &pose, strategy->view_x_q4, strategy->view_y_q4,
              strategy->tuning->relocate_mm_s);
-    if (length_of(strategy->view_x_q4 - pose.x_q4, strategy->view_y_q4 - pose.y_q4) <
-        VIEW_THERE_MM * 16)
+    if (is_within(strategy->view_x_q4 - pose.x_q4, strategy->view_y_q4 - pose.y_q4,
+                  VIEW_THERE_MM * 16))
         enter(strategy, STRATEGY_SEARCH, STRATEGY_VIEWPOINT);
     else if (lasts(strategy, strategy->tuning->relocate_ms))
         enter(strategy, STRATEGY_SEARCH, STRATEGY_NO_VIEWPOINT);
@@ -417,7 +419,7 @@ static void begin_back_off(strategy_t *strategy, const world_t *world, strategy_
     dx = opponent->x_q4 - pose.x_q4;
     dy = opponent->y_q4 - pose.y_q4;
     if (opponent->known &&
-        length_of(dx, dy) < (uint32_t)(strategy->tuning->opponent_clear_mm + PASS_EXTRA_MM) * 16)
+        is_within(dx, dy, (uint32_t)(strategy->tuning->opponent_clear_mm + PASS_EXTRA_MM) * 16))
         strategy->escape = angle_cos_q14(angle_wrap(angle_of(dx, dy) - pose.heading)) > 0 ? -1 : 1;
     enter(strategy, STRATEGY_BACK_OFF, reason);
 }
@@ -445,8 +447,8 @@ static int way_is_free(const strategy_t *strategy, const world_t *world, const s
                  &y_q4);
         if (!free_for_robot(x_q4, y_q4))
             return 0;
-        if (world->opponent.known && length_of(x_q4 - world->opponent.x_q4,
-                                               y_q4 - world->opponent.y_q4) < 2 * ROBOT_RADIUS * 16)
+        if (world->opponent.known && is_within(x_q4 - world->opponent.x_q4,
+                                               y_q4 - world->opponent.y_q4, 2 * ROBOT_RADIUS * 16))
             return 0;
     }
     return 1;
@@ -565,7 +567,7 @@ static void defend(strategy_t *strategy, const world_t *world, const situation_t
         from_ball_mm = home_mm - ROBOT_RADIUS;
     x_q4 = now->ball_x_q4 + home_x * from_ball_mm / home_mm;
     y_q4 = now->ball_y_q4 + home_y * from_ball_mm / home_mm;
-    if (length_of(x_q4 - now->pose.x_q4, y_q4 - now->pose.y_q4) < DEFEND_THERE_MM * 16)
+    if (is_within(x_q4 - now->pose.x_q4, y_q4 - now->pose.y_q4, DEFEND_THERE_MM * 16))
         drive_along(strategy, &now->pose, now->ball_direction, 0);
     else
         drive_to(strategy, world, &now->pose, x_q4, y_q4, strategy->tuning->defend_mm_s);
@@ -580,8 +582,8 @@ static void watch_stillness(strategy_t *strategy, const world_t *world)
 
     if (!ball->known || ball->age_ticks > STILL_AGE_TICKS)
         return;
-    if (strategy->still_known && length_of(ball->x_q4 - strategy->still_x_q4,
-                                           ball->y_q4 - strategy->still_y_q4) < STILL_MM * 16)
+    if (strategy->still_known && is_within(ball->x_q4 - strategy->still_x_q4,
+                                           ball->y_q4 - strategy->still_y_q4, STILL_MM * 16))
         return;
     strategy->still_known = 1;
     strategy->still_x_q4 = ball->x_q4;
@@ -619,7 +621,7 @@ static int is_stuck_ball(const strategy_t *strategy, const world_t *world)
         return 1;
     stuck_place(strategy, world, &x_q4, &y_q4);
     return opponent->known &&
-           length_of(opponent->x_q4 - x_q4, opponent->y_q4 - y_q4) < PINNED_MM * 16;
+           is_within(opponent->x_q4 - x_q4, opponent->y_q4 - y_q4, PINNED_MM * 16);
 }
 
 /* Where the referee will put the ball: the spot that is nearest to it and not near a robot. */
@@ -664,7 +666,7 @@ static void await_free_ball(strategy_t *strategy, const world_t *world)
     shot = angle_of((PITCH_HALF_LENGTH_MM + GOAL_INSIDE_MM) * 16 - spot_x_q4, -spot_y_q4);
     x_q4 = ahead_x(spot_x_q4, shot, -behind_mm);
     y_q4 = ahead_y(spot_y_q4, shot, -behind_mm);
-    if (length_of(x_q4 - pose.x_q4, y_q4 - pose.y_q4) < AWAIT_THERE_MM * 16)
+    if (is_within(x_q4 - pose.x_q4, y_q4 - pose.y_q4, AWAIT_THERE_MM * 16))
         drive_along(strategy, &pose, shot, 0);
     else
         drive_to(strategy, world, &pose, x_q4, y_q4, strategy->tuning->defend_mm_s);

@@ -102,7 +102,7 @@ static void be_shoved(world_t *world, const pose_t *pose)
     const object_t *opponent = &world->opponent;
 
     if (opponent->known && opponent->age_ticks < OPPONENT_FRESH_TICKS &&
-        length_of(opponent->x_q4 - pose->x_q4, opponent->y_q4 - pose->y_q4) < SHOVED_MM * 16)
+        is_within(opponent->x_q4 - pose->x_q4, opponent->y_q4 - pose->y_q4, SHOVED_MM * 16))
         own_place_blur(&world->own, SHOVED_VAR, SHOVED_HEADING_VAR);
 }
 
@@ -194,7 +194,7 @@ static void be_carried(world_t *world)
 
     if (ball->age_ticks < CARRIED_AGE_TICKS || !opponent->known ||
         opponent->age_ticks > ball->age_ticks ||
-        length_of(ball->x_q4 - opponent->x_q4, ball->y_q4 - opponent->y_q4) > CARRIED_MM * 16)
+        !is_within(ball->x_q4 - opponent->x_q4, ball->y_q4 - opponent->y_q4, CARRIED_MM * 16 + 1))
         return;
     ball->vx_mm_s = opponent->vx_mm_s;
     ball->vy_mm_s = opponent->vy_mm_s;
@@ -217,7 +217,7 @@ static int in_opponent(const world_t *world)
 
     return opponent->known && opponent->age_ticks < OPPONENT_FRESH_TICKS && dx < OVERLAP_MM * 16 &&
            dx > -OVERLAP_MM * 16 && dy < OVERLAP_MM * 16 && dy > -OVERLAP_MM * 16 &&
-           length_of(dx, dy) < OVERLAP_MM * 16;
+           is_within(dx, dy, OVERLAP_MM * 16);
 }
 
 /* No robot drives through a wall or through another one: where odometry says so, the wheels slip.
@@ -450,7 +450,7 @@ static void see_ball(world_t *world, const place_t *place, const pose_t *then, u
     see_object(world, ball, place, then, age_100us, world->tuning->ball_gate_mm);
     if (!ball->known || ball->age_ticks != 0)
         return;
-    ball->rolls = length_of(ball->vx_mm_s, ball->vy_mm_s) > ROLLS_MM_S;
+    ball->rolls = !is_within(ball->vx_mm_s, ball->vy_mm_s, ROLLS_MM_S + 1);
     odometry_pose(&world->odometry, &now);
     world->last_ball_bearing = angle_of(ball->x_q4 - now.x_q4, ball->y_q4 - now.y_q4);
 }
@@ -506,7 +506,7 @@ int world_view_is_blocked(const world_t *world)
     odometry_pose(&world->odometry, &pose);
     if (opponent->known && opponent->age_ticks < OPPONENT_FRESH_TICKS &&
         in_view(opponent, &pose, 0) &&
-        length_of(opponent->x_q4 - pose.x_q4, opponent->y_q4 - pose.y_q4) < BLIND_ROBOT_MM * 16)
+        is_within(opponent->x_q4 - pose.x_q4, opponent->y_q4 - pose.y_q4, BLIND_ROBOT_MM * 16))
         return 1;
     return world->own.localised && wall_is_near(&pose, pose.heading) &&
            wall_is_near(&pose, angle_wrap(pose.heading + BLIND_ASIDE)) &&

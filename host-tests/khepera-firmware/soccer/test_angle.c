@@ -88,6 +88,21 @@ static void degrees_survive_the_way_there_and_back(void)
     TEST_ASSERT_EQUAL_INT(-180, angle_to_degrees(angle_from_degrees(180)));
 }
 
+static void within_is_what_the_length_says(void)
+{
+    static const int32_t far[] = {0, 1, 99, 100, 101, 140, 5000, 40000, -30, -100, -200};
+    const unsigned count = sizeof far / sizeof far[0];
+    unsigned i;
+    unsigned j;
+    uint32_t radius;
+
+    for (i = 0; i < count; i++)
+        for (j = 0; j < count; j++)
+            for (radius = 0; radius <= 6000; radius += radius < 300 ? 1 : 377)
+                TEST_ASSERT_EQUAL_INT(length_of(far[i], far[j]) < radius,
+                                      is_within(far[i], far[j], radius));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -97,5 +112,6 @@ int main(void)
     RUN_TEST(lengths_are_right_within_one);
     RUN_TEST(square_roots_are_rounded_down);
     RUN_TEST(degrees_survive_the_way_there_and_back);
+    RUN_TEST(within_is_what_the_length_says);
     return UNITY_END();
 }
