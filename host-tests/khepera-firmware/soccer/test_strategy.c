@@ -1,7 +1,7 @@
 // sources: khepera-firmware/soccer/angle.c khepera-firmware/soccer/odometry.c
 // sources: khepera-firmware/soccer/world.c khepera-firmware/soccer/own_place.c
-// khepera-firmware/soccer/strategy.c sources: khepera-firmware/soccer/tuning.c includes:
-// khepera-firmware
+// sources: khepera-firmware/soccer/strategy.c khepera-firmware/soccer/tuning.c
+// includes: khepera-firmware
 /* Single decisions in worlds made by hand; whole matches are in test_play.c. */
 #include "soccer/strategy.h"
 
