@@ -286,7 +286,7 @@ static void a_pinned_ball_is_awaited_behind_the_free_balls_spot(void)
     pass(100, 100);
     TEST_ASSERT_EQUAL(STRATEGY_AWAIT, strategy.state);
     /* On the line from the spot (262, 170) to the goal, behind it, it stands and faces the spot. */
-    stand_at(262 - 140 * 0.877, 170 + 140 * 0.48, -28);
+    stand_at(262 - 123, 170 + 67, -28);
     (void)decide();
     TEST_ASSERT_INT_WITHIN(20, 0, wheels.left_mm_s);
     TEST_ASSERT_INT_WITHIN(20, 0, wheels.right_mm_s);
