@@ -13,6 +13,7 @@ use khepera::WheelFault;
 use sim::{MS, Ps, SECOND, TraceHash};
 use twin::game::{BallColour, Eyes, Format, Game, Materials, Noise, Other, Setup, Summary};
 use twin::robot::{Images, Robot};
+use twin::tally::Samples;
 use virtex::bitstream;
 use virtex::design::Function;
 use virtex::store::{Entry, pack};
@@ -26,6 +27,12 @@ const SCORE: usize = 4;
 const MATCH: Ps = 60 * SECOND;
 /// ... and of one in which nothing can come: thrice what a goal takes.
 const BLIND: Ps = 20 * SECOND;
+/// Busy part of the 68331's time, in a match.
+const LOAD_LIMIT: f64 = 0.25;
+/// Its instruction times are approximate: the limit is to hold at so many times the count.
+const LOAD_MARGIN: f64 = 1.25;
+/// 99 of 100 reports reach the motors within this.
+const REPORT_TO_PWM_MS: f64 = 5.0;
 /// Bytes of a slot's bank before its header; the first slot's bitstream lies there.
 const SOMEWHERE_IN_THE_BITSTREAM: usize = 100_000;
 
@@ -106,6 +113,15 @@ fn play_all(change: impl Fn(&mut Setup) + Sync) -> Vec<(u64, Summary)> {
     results
 }
 
+/// From the attention line to the motors, the 99th percentile of all matches.
+fn report_to_pwm_ms(results: &[(u64, Summary)]) -> f64 {
+    let mut all = Samples::default();
+    for (_, summary) in results {
+        all.extend(&summary.tally.report_to_pwm_ms);
+    }
+    all.percentile(0.99).expect("reports reach the motors")
+}
+
 fn scoring_seeds(results: &[(u64, Summary)]) -> Vec<u64> {
     results.iter().filter(|(_, summary)| summary.goals_for > 0).map(|&(seed, _)| seed).collect()
 }
@@ -122,7 +138,12 @@ fn most_seeds_score_within_a_minute_and_the_first_among_them() {
             summary.cpu_load * 100.0
         );
         assert!(summary.fpga.configured, "seed {seed}: {:?}", summary.fpga);
+        let busy = summary.cpu_load;
+        assert!(LOAD_MARGIN * busy <= LOAD_LIMIT, "seed {seed}: 68331 busy for {busy}");
     }
+    let late = report_to_pwm_ms(&results);
+    println!("report to PWM: {late:.1} ms (99 %)");
+    assert!(late <= REPORT_TO_PWM_MS, "{late} ms");
     let scoring = scoring_seeds(&results);
     assert!(scoring.contains(&1), "seed 1 did not score; these did: {scoring:?}");
     assert!(scoring.len() >= SCORE, "only these seeds score: {scoring:?}");
