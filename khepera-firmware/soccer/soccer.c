@@ -77,6 +77,9 @@ void soccer_tick(soccer_t *soccer, const int32_t counts[2])
     strategy_tick(&soccer->strategy, counts);
     count_up(&soccer->dark_ticks);
     count_up(&soccer->untold_ticks);
+    /* Wheels that do not obey the strategy are not stuck. */
+    if (soccer->dark_ticks >= SOCCER_DARK_TICKS)
+        soccer->strategy.stuck_ticks = 0;
     if (++soccer->since_ticks >= DECIDE_TICKS)
         decide(soccer);
     tell_belief(soccer);
@@ -88,9 +91,11 @@ void soccer_see(soccer_t *soccer, const report_t *report, uint16_t age_100us)
 
     if (report->flags & TELLS_SOMETHING)
         soccer->untold_ticks = 0;
-    if (soccer->untold_ticks == 0 ||
-        (soccer->untold_ticks < SOCCER_BLIND_SPOT_TICKS && world_view_is_blocked(&soccer->world)))
+    if (soccer->untold_ticks == 0)
         soccer->dark_ticks = 0;
+    else if (world_view_is_blocked(&soccer->world))
+        soccer->dark_ticks =
+            soccer->untold_ticks < SOCCER_BLIND_SPOT_TICKS ? 0 : SOCCER_DARK_SEARCH_TICKS;
     sightings_from_report(report, soccer->tuning, &sightings);
     world_see(&soccer->world, &sightings,
               (uint32_t)age_100us + report->delay + CAMERA_EXPOSURE_TO_END_US / 100);

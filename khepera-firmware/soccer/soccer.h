@@ -28,7 +28,7 @@ typedef struct {
 /* ... and for so long make it turn on the spot. */
 #define SOCCER_DARK_SEARCH_TICKS 100u
 /* So close before a wall or the opponent that he fills the picture, open eyes tell of nothing
- * either: believed for so long. */
+ * either: believed for so long, then it turns on the spot. */
 #define SOCCER_BLIND_SPOT_TICKS  100u
 
 /* Once, before anything else. `tuning` must outlive `soccer`; what changes in it counts at once. */

@@ -30,7 +30,7 @@
     X(opponent_unseen_ms, "ms", 600, 20, 10000, "the same as ball_unseen_ms, of the opponent") \
     X(opponent_forget_ms, "ms", 4000, 100, 30000, "the same as ball_forget_ms, of the opponent") \
     /* Speeds of the robot's middle; of turning: of each wheel. */ \
-    X(search_turn_mm_s, "mm/s", 120, 5, 160, "turning to search or to look for a goal") \
+    X(search_turn_mm_s, "mm/s", 150, 5, 160, "turning to search or to look for a goal") \
     X(blind_turn_mm_s, "mm/s", 30, 0, 110, "turning while no reports come") \
     X(relocate_mm_s, "mm/s", 100, 20, 500, "driving to another place to search from") \
     X(approach_mm_s, "mm/s", 420, 20, 500, "driving to behind the ball") \
@@ -66,13 +66,13 @@
     X(await_mm, "mm", 140, 60, 400, "wait so far behind the free ball's spot") \
     X(contest_mm, "mm", 250, 0, 1500, "an opponent so near to the ball contests it") \
     X(shot_outside, "1/4", 6, 0, 100, "cost of a shot's angle beside the goal") \
-    X(shot_way, "1/16", 4, 0, 100, "cost of the angle to be driven around the ball") \
+    X(shot_way, "1/16", 8, 0, 100, "cost of the angle to be driven around the ball") \
     X(contest_outside, "1/4", 4, 0, 100, "cost of a contested shot's angle beside the goal") \
     X(contest_way, "1/16", 8, 0, 100, "cost of the angle around a contested ball") \
     X(defend_margin_mm, "mm", 120, 0, 1000, "defend if the opponent is nearer to the ball by that") \
     /* Angles. */ \
     X(push_begin_deg, "deg", 30, 1, 45, "off the shot's line when a push begins") \
-    X(push_end_deg, "deg", 45, 5, 90, "off the line so much a push ends")
+    X(push_end_deg, "deg", 60, 5, 90, "off the line so much a push ends")
 /* clang-format on */
 
 struct soccer_tuning_t {
