@@ -65,27 +65,27 @@
 #define SYNCR_X     0x4000
 
 /* ---- Queued serial module ---- */
-#define QSMCR        REG16(0xFFFFFC00)
-#define QILR         REG8(0xFFFFFC04) /* ILQSPI 5:3, ILSCI 2:0 */
-#define QIVR         REG8(0xFFFFFC05) /* SCI: this with bit 0 clear; QSPI: with bit 0 set */
-#define SCCR0        REG16(0xFFFFFC08)
-#define SCCR1        REG16(0xFFFFFC0A)
-#define SCSR         REG16(0xFFFFFC0C)
-#define SCDR         REG16(0xFFFFFC0E)
-#define PORTQS       REG8(0xFFFFFC15)
-#define PQSPAR       REG8(0xFFFFFC16)
-#define DDRQS        REG8(0xFFFFFC17)
-#define SPCR0        REG16(0xFFFFFC18)
-#define SPCR1        REG16(0xFFFFFC1A)
-#define SPCR2        REG16(0xFFFFFC1C)
-#define SPCR3        REG8(0xFFFFFC1E)
-#define SPSR         REG8(0xFFFFFC1F)
-#define QSPI_RX(n)   REG16(0xFFFFFD00 + 2 * (n))
-#define QSPI_TX(n)   REG16(0xFFFFFD20 + 2 * (n))
-#define QSPI_CMD(n)  REG8(0xFFFFFD40 + (n))
+#define QSMCR            REG16(0xFFFFFC00)
+#define QILR             REG8(0xFFFFFC04) /* ILQSPI 5:3, ILSCI 2:0 */
+#define QIVR             REG8(0xFFFFFC05) /* SCI: this with bit 0 clear; QSPI: with bit 0 set */
+#define SCCR0            REG16(0xFFFFFC08)
+#define SCCR1            REG16(0xFFFFFC0A)
+#define SCSR             REG16(0xFFFFFC0C)
+#define SCDR             REG16(0xFFFFFC0E)
+#define PORTQS           REG8(0xFFFFFC15)
+#define PQSPAR           REG8(0xFFFFFC16)
+#define DDRQS            REG8(0xFFFFFC17)
+#define SPCR0            REG16(0xFFFFFC18)
+#define SPCR1            REG16(0xFFFFFC1A)
+#define SPCR2            REG16(0xFFFFFC1C)
+#define SPCR3            REG8(0xFFFFFC1E)
+#define SPSR             REG8(0xFFFFFC1F)
+#define QSPI_RX(n)       REG16(0xFFFFFD00 + 2 * (n))
+#define QSPI_TX(n)       REG16(0xFFFFFD20 + 2 * (n))
+#define QSPI_CMD(n)      REG8(0xFFFFFD40 + (n))
 /* Commands n and n + 1, n even. */
 #define QSPI_CMD_PAIR(n) REG16(0xFFFFFD40 + (n))
-#define QSPI_ENTRIES 16u
+#define QSPI_ENTRIES     16u
 
 #define SCCR1_RE      0x0004
 #define SCCR1_TE      0x0008

@@ -105,7 +105,7 @@ impl Load {
 
 /// What lies outside the RAM is the loader's, and not of interest.
 fn count_clocks(profile: &mut [u64], pc: u32, clocks: u64) {
-    let word = pc.wrapping_sub(board::BOARD_RAM_BASE as u32) as usize / 2;
+    let word = pc.wrapping_sub(board::BOARD_RAM_BASE) as usize / 2;
     if let Some(sum) = profile.get_mut(word) {
         *sum += clocks;
     }
@@ -475,9 +475,7 @@ impl Base {
     /// interrupt's own clocks count to its handler's first instruction.
     pub fn profiled(&self) -> impl Iterator<Item = (u32, u64)> {
         let clocks = self.profile.iter().flatten().zip(0..);
-        clocks
-            .filter(|&(&n, _)| n > 0)
-            .map(|(&n, word)| (board::BOARD_RAM_BASE as u32 + 2 * word, n))
+        clocks.filter(|&(&n, _)| n > 0).map(|(&n, word)| (board::BOARD_RAM_BASE + 2 * word, n))
     }
 
     /// Longest time from an interrupt's request to its acknowledge so far, by level 0..=7.
