@@ -11,6 +11,8 @@ use sim::{MS, Ps, SECOND, US};
 use world::Noise;
 use world::open_floor::OpenFloor;
 
+/// From power-on until the program has greeted: the loader checks it at 3 ms a KiB.
+const BOOT: Ps = 600 * MS;
 /// What every reply must come within.
 const REPLY: Ps = 50 * MS;
 const SPEED_100_MM_S: f64 = 100.0 / 12.0 * 100.0;
@@ -36,7 +38,7 @@ struct Desk {
 impl Desk {
     fn switch_on(base: Base) -> Self {
         let mut desk = Self { base, heard: vec![], first: None };
-        desk.wait(400 * MS);
+        desk.wait(BOOT);
         desk.clear();
         desk
     }
