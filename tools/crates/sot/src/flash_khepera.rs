@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use base_link::{Error, Options, Program, SerialLine, Step};
+use base_link::{Error, Line as _, Options, Program, SerialLine, Step};
 use common_sys::constants as c;
 use indicatif::ProgressBar;
 
@@ -52,6 +52,9 @@ pub struct KheperaArgs {
     json: bool,
 }
 
+/// A program takes a third of a second to start, and need not say anything.
+const START_MAX: Duration = Duration::from_secs(1);
+const GREETING_QUIET: Duration = Duration::from_millis(100);
 /// Longer files are no programs for the base.
 const FILE_MAX: u64 = 16 << 20;
 
@@ -107,6 +110,7 @@ pub fn put(line: &Path, program: &Program, options: &Options) -> Result<Outcome>
         }
         other => other?,
     };
+    wait_for_program(&mut port)?;
     let size = format!("{} bytes, CRC-32 {:08x}", program.bytes.len(), program.crc32());
     if outcome.unchanged {
         return Ok(Outcome::new("base", Action::Unchanged, size));
@@ -120,6 +124,20 @@ pub fn put(line: &Path, program: &Program, options: &Options) -> Result<Outcome>
         outcome.sent, outcome.copied, outcome.kept, outcome.erased, outcome.repeated
     );
     Ok(Outcome::new("base", action, detail))
+}
+
+/// The loader is starting the program: whoever comes next shall find it listening, and its greeting gone.
+fn wait_for_program(port: &mut SerialLine) -> Result<()> {
+    let started = Instant::now();
+    let mut greeted = false;
+    while started.elapsed() < START_MAX {
+        let silent = port.receive(GREETING_QUIET)?.is_empty();
+        if greeted && silent {
+            break;
+        }
+        greeted |= !silent;
+    }
+    Ok(())
 }
 
 fn show(progress: &ProgressBar, step: Step) {

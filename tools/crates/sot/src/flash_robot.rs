@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
 use base_link::Program;
@@ -54,6 +55,9 @@ pub struct ManifestArgs {
     /// The base's serial line [default: that of the twin, if it is one]
     #[arg(long, value_name = "PATH")]
     base_line: Option<PathBuf>,
+    /// Knock for so many seconds if the base does not listen: switch it off and on meanwhile
+    #[arg(long, value_name = "SECONDS", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=600))]
+    wait: u64,
     /// The program that writes the EEPROM [default: the one just built]
     #[arg(long, value_name = "FILE.ihx")]
     loader: Option<PathBuf>,
@@ -209,7 +213,11 @@ fn base_part(args: &ManifestArgs, program: &Program) -> Result<Outcome> {
         Some(line) => line.clone(),
         None => select::serial_line(args.robot.robot.as_ref())?,
     };
-    let options = base_link::Options { dry_run: args.dry_run, ..base_link::Options::default() };
+    let options = base_link::Options {
+        dry_run: args.dry_run,
+        wait: Duration::from_secs(args.wait),
+        ..base_link::Options::default()
+    };
     flash_khepera::put(&line, program, &options)
 }
 

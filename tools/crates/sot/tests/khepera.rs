@@ -7,22 +7,11 @@ use std::process::Stdio;
 use std::thread::sleep;
 use std::time::Duration;
 
-use base_twin::{Twin, output, sot, text, told};
+use base_twin::{Twin, letters, output, sot, text, told};
 
 const FAILED: i32 = 1;
 const USAGE: i32 = 2;
 const INTERRUPTED: i32 = 130;
-
-/// S-records of a program for RAM that sends the letter A again and again.
-fn letters() -> String {
-    let bytes = "31FC0052FC0831FC0008FC0A11FC0055FA2711FC00AAFA2708380000FC0C67EC31FC0041FC0E60E4";
-    let length = bytes.len() / 2 + 5;
-    let digits = format!("{length:02X}00102800{bytes}");
-    let sum = (0..digits.len()).step_by(2).fold(0u8, |sum, at| {
-        sum.wrapping_add(u8::from_str_radix(&digits[at..at + 2], 16).expect("digits"))
-    });
-    format!("S3{digits}{:02X}\nS70500102800C2\n", !sum)
-}
 
 #[test]
 fn a_console_talks_to_the_only_twin_and_a_script_gets_json() {

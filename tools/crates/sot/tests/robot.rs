@@ -1,6 +1,7 @@
 //! `sot` against `sot twin robot`, as a user would: everything that is done to a turret, what goes
 //! wrong, and what is left when the power goes.
 
+mod base_twin;
 mod common;
 
 use std::fs;
@@ -269,4 +270,44 @@ fn a_manifest_brings_a_robot_to_what_it_says_and_gives_one_verdict() {
     let output = desk.sot("flash robot empty.json");
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.code() == Some(1) && said.contains("NOT fit to play"), "{said}");
+}
+
+/// The whole robot: turret over USB and base over its serial line, which the twin's list entry names.
+#[test]
+fn a_manifest_with_a_base_brings_both_halves_of_a_robot_to_what_it_says() {
+    let desk = Desk::new();
+    let firmware = format!("{FIRMWARE}/khepera-firmware/khepera-firmware.elf");
+    let manifest =
+        |base: &str| format!("golden = 0\nbase = {base:?}\n[slots]\n0 = \"soccer.bin\"\n");
+    desk.put("team.toml", manifest(&firmware).as_bytes());
+    desk.put("other.toml", manifest("letters.s37").as_bytes());
+    desk.put("letters.s37", base_twin::letters().as_bytes());
+    let _twin = Twin::start(&desk, "--pty serial");
+    let base = |report: &Value| {
+        let parts = report["parts"].as_array().expect("a list");
+        parts.iter().find(|part| part["part"] == "base").expect("the base").clone()
+    };
+
+    let report = desk.json("flash robot team.toml --json");
+    assert_eq!((&report["fit"], &base(&report)["action"]), (&true.into(), &"unchanged".into()));
+    let answered = desk.ok("console --timeout 5 B");
+    assert_eq!(answered, "b,5.02,5.01\n", "it runs again after its loader was asked");
+
+    let would = desk.sot("flash robot other.toml --dry-run --json");
+    assert_eq!(would.status.code(), Some(1));
+    let report: Value = serde_json::from_slice(&would.stdout).expect("JSON");
+    assert_eq!((&report["fit"], &base(&report)["action"]), (&false.into(), &"would_write".into()));
+    assert_eq!(desk.ok("console --timeout 5 B"), "b,5.02,5.01\n");
+
+    let report = desk.json("flash robot other.toml --json");
+    assert_eq!((&report["fit"], &base(&report)["action"]), (&true.into(), &"written".into()));
+    assert!(desk.ok("console --timeout 5 x").contains("AAAA"), "the other program runs");
+
+    // That program does not listen: the turret is as it should be, and the robot is not fit.
+    let failed = desk.sot("flash robot team.toml");
+    let said = String::from_utf8_lossy(&failed.stderr).into_owned();
+    assert_eq!(failed.status.code(), Some(1), "{said}");
+    assert!(said.contains("NOT fit to play: base failed"), "{said}");
+    let told = String::from_utf8_lossy(&failed.stdout).into_owned();
+    assert!(told.contains("slot 0    unchanged") && told.contains("--wait"), "{told}");
 }

@@ -97,3 +97,14 @@ impl Drop for Twin {
         let _ = self.child.wait();
     }
 }
+
+/// S-records of a program for RAM that sends the letter A again and again.
+pub fn letters() -> String {
+    let bytes = "31FC0052FC0831FC0008FC0A11FC0055FA2711FC00AAFA2708380000FC0C67EC31FC0041FC0E60E4";
+    let length = bytes.len() / 2 + 5;
+    let digits = format!("{length:02X}00102800{bytes}");
+    let sum = (0..digits.len()).step_by(2).fold(0u8, |sum, at| {
+        sum.wrapping_add(u8::from_str_radix(&digits[at..at + 2], 16).expect("digits"))
+    });
+    format!("S3{digits}{:02X}\nS70500102800C2\n", !sum)
+}
