@@ -1,8 +1,8 @@
 /* The world model: where robot, ball and opponent are believed to be.
  *
- * Odometry carries the pose between sightings; a seen goal corrects it (each goal post is a known
- * point; which goal it is follows from the heading). Ball and opponent are kept in field
- * coordinates (soccer/odometry.h), so that they stay known while the robot looks elsewhere. A
+ * Odometry carries the pose between sightings; goals and walls that are seen correct it
+ * (soccer/own_place.h; which goal it is follows from the heading). Ball and opponent are kept in
+ * field coordinates (soccer/odometry.h), so that they stay known while the robot looks elsewhere. A
  * report tells of the past: it is combined with the pose of the moment of its exposure. What is not
  * seen ages, and its place gets less certain.
  *
