@@ -64,9 +64,10 @@ INTERRUPT void encoder_right_isr(void)
 /* ---- By edges or by pulses ----
  * The program changes the way; interrupts count by edges only. */
 
-/* Counts from one look to the next, 10 ms. A motor reversed at full duty brakes a wheel by 10 mm/s
- * a millisecond and another 10 for each 0.5 m/s it has: from 500 mm/s on it does not stand within a
- * period (60 counts). Below that, and driven the way it turns or not at all, it only rolls out. */
+/* Counts from one look to the next, 10 ms. A motor reversed at full duty brakes a wheel by 20 mm/s
+ * a millisecond, and by another 10 for each 0.5 m/s it has: after a period of 500 mm/s (60 counts)
+ * it still rolls forward at the end of the next one. Below that, and driven the way it turns or not
+ * at all, it only rolls out. */
 #define BRISK_COUNTS 3 /* 25 mm/s: by pulses from here, */
 #define SLACK_COUNTS 2 /* ... and by edges below */
 #define RUSH_COUNTS  60

@@ -5,7 +5,7 @@
  *   by edges   each edge interrupts (input capture, highest level in use), and B then tells its
  *              direction. Rolling forward, channel B differs from A right after the edge; an edge
  *              served later than half an edge's period counts in the wrong direction: see
- *              access_mask(). Exact whatever the wheel does, and 150 clocks an edge.
+ *              access_mask(). Exact whatever the wheel does, and 200 clocks an edge.
  *   by pulses  a counter of the GPT counts A's rising edges, and nobody is interrupted. It does not
  *              know directions, so this is only for a wheel that cannot turn back before the next
  *              look at it: it is brisk, and its motor does not drive it the other way; or so fast
