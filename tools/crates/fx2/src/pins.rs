@@ -83,6 +83,62 @@ pub trait Board {
     }
 }
 
+/// What listens to the pins between chip and board, or meddles with them.
+pub trait Tap {
+    /// The chip changed what it drives, at `now`.
+    fn driven(&mut self, _now: Ps, _driven: &Driven) {}
+
+    /// The levels that the chip gets to see instead of those that the board puts on the pins.
+    fn sensed(&mut self, _now: Ps, levels: Sensed) -> Sensed {
+        levels
+    }
+}
+
+/// A board whose pins are tapped.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tapped<B, T> {
+    /// The board.
+    pub board: B,
+    /// What is between it and the chip.
+    pub tap: T,
+}
+
+impl<B: Board, T: Tap> Board for Tapped<B, T> {
+    fn drive(&mut self, now: Ps, driven: &Driven) {
+        self.tap.driven(now, driven);
+        self.board.drive(now, driven);
+    }
+
+    fn sense(&mut self, now: Ps) -> Sensed {
+        let levels = self.board.sense(now);
+        self.tap.sensed(now, levels)
+    }
+
+    fn i2c_start(&mut self, now: Ps, address_and_direction: u8) -> bool {
+        self.board.i2c_start(now, address_and_direction)
+    }
+
+    fn i2c_write(&mut self, now: Ps, byte: u8) -> bool {
+        self.board.i2c_write(now, byte)
+    }
+
+    fn i2c_read(&mut self, now: Ps, acknowledge: bool) -> u8 {
+        self.board.i2c_read(now, acknowledge)
+    }
+
+    fn i2c_stop(&mut self, now: Ps) {
+        self.board.i2c_stop(now);
+    }
+
+    fn i2c_clock_held(&mut self, now: Ps) -> bool {
+        self.board.i2c_clock_held(now)
+    }
+
+    fn end_slice(&mut self) -> bool {
+        self.board.end_slice()
+    }
+}
+
 /// A chip on no board: pull-ups, and nobody answers on I2C.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Unconnected;

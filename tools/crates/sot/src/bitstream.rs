@@ -12,6 +12,7 @@ use virtex::design::Function;
 use virtex::listing::{Packet, packets};
 use virtex::store;
 
+use crate::fpga;
 use crate::output::{Usage, read_file, write_file};
 
 /// Make, show, check and pack FPGA bitstreams
@@ -110,7 +111,7 @@ pub struct PackArgs {
     #[arg(short, long)]
     output: PathBuf,
     /// The slot from which the robot starts
-    #[arg(long, value_parser = clap::value_parser!(u8).range(0..i64::from(c::SLOT_COUNT)))]
+    #[arg(long, value_parser = fpga::parse_slot)]
     default: Option<u8>,
 }
 

@@ -11,7 +11,7 @@ use turret_link::eyes::CameraState;
 use turret_link::turret::Turret;
 
 use crate::output::Usage;
-use crate::robot_args::RobotArgs;
+use crate::robot_args::AskArgs;
 use crate::stream::Size;
 
 /// Look after the two cameras
@@ -39,10 +39,7 @@ Examples:
 )]
 pub struct ProbeArgs {
     #[command(flatten)]
-    robot: RobotArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    on: AskArgs,
 }
 
 /// Reset both cameras and set them up from the table of the FPGA's design
@@ -58,13 +55,10 @@ Examples:
 )]
 pub struct SetupArgs {
     #[command(flatten)]
-    robot: RobotArgs,
+    on: AskArgs,
     /// Size of the frames [default: as it is]
     #[arg(long, value_enum)]
     size: Option<Size>,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
 }
 
 /// Which camera.
@@ -96,10 +90,7 @@ pub struct SettingArgs<T: Setting> {
     #[arg(long, value_enum, default_value_t = Eyes::Both)]
     eye: Eyes,
     #[command(flatten)]
-    robot: RobotArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    on: AskArgs,
 }
 
 /// Read or write a register of a camera
@@ -117,10 +108,7 @@ pub struct RegArgs {
     #[arg(long, value_enum, default_value_t = Eyes::Both)]
     eye: Eyes,
     #[command(flatten)]
-    robot: RobotArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    on: AskArgs,
 }
 
 /// Run the verb.
@@ -175,7 +163,7 @@ fn tell(states: [CameraState; 2], ids: [Option<[u8; 2]>; 2], as_json: bool) -> R
 }
 
 fn probe(args: &ProbeArgs) -> Result<()> {
-    let mut turret = args.robot.turret()?;
+    let mut turret = args.on.robot.turret()?;
     turret.config_settled()?;
     let mut ids = [None; 2];
     for eye in 0..2 {
@@ -193,17 +181,17 @@ fn probe(args: &ProbeArgs) -> Result<()> {
             *state = CameraState::WrongId;
         }
     }
-    tell(states, ids, args.json)
+    tell(states, ids, args.on.json)
 }
 
 fn setup(args: &SetupArgs) -> Result<()> {
-    let mut turret = args.robot.turret()?;
+    let mut turret = args.on.robot.turret()?;
     turret.config_settled()?;
     match args.size {
         Some(size) => turret.set_format(size == Size::Large)?,
         None => turret.set_up_cameras()?,
     }
-    tell(settled(&mut turret)?, [None; 2], args.json)
+    tell(settled(&mut turret)?, [None; 2], args.on.json)
 }
 
 /// A setting that lies in some registers of a camera.
@@ -249,7 +237,7 @@ impl Camera<'_> {
 }
 
 fn setting<T: Setting>(args: &SettingArgs<T>) -> Result<()> {
-    let mut turret = args.robot.turret()?;
+    let mut turret = args.on.robot.turret()?;
     turret.config_settled()?;
     let mut object = serde_json::Map::new();
     for &eye in args.eye.numbers() {
@@ -259,13 +247,13 @@ fn setting<T: Setting>(args: &SettingArgs<T>) -> Result<()> {
         }
         let name = NAMES[usize::from(eye)];
         let now = T::get(&mut camera)?;
-        if args.json {
+        if args.on.json {
             object.insert(name.into(), json!(now));
         } else {
             println!("{name:<6} {now}");
         }
     }
-    if args.json {
+    if args.on.json {
         println!("{}", Value::Object(object));
     }
     Ok(())
@@ -475,7 +463,7 @@ fn reg(args: &RegArgs) -> Result<()> {
             _ => return Err(Usage(format!("\"{text}\" is no value; give 0 to 255")).into()),
         },
     };
-    let mut turret = args.robot.turret()?;
+    let mut turret = args.on.robot.turret()?;
     turret.config_settled()?;
     let mut object = serde_json::Map::new();
     for &eye in args.eye.numbers() {
@@ -484,13 +472,13 @@ fn reg(args: &RegArgs) -> Result<()> {
         }
         let now = turret.camera_register(eye, register)?;
         let name = NAMES[usize::from(eye)];
-        if args.json {
+        if args.on.json {
             object.insert(name.into(), json!(now));
         } else {
             println!("{name:<6} {register:02x} = {now:02x}");
         }
     }
-    if args.json {
+    if args.on.json {
         println!("{}", Value::Object(object));
     }
     Ok(())

@@ -16,9 +16,9 @@ use virtex::store::{Entry, header};
 use crate::flash_eeprom::{self, EepromArgs};
 use crate::flash_khepera::{self, KheperaArgs};
 use crate::flash_robot::{self, ManifestArgs};
-use crate::fpga::{entry_name, put_mark, slot_parser, status_in_words};
+use crate::fpga::{entry_name, parse_slot, put_mark, status_in_words};
 use crate::output::read_file;
-use crate::robot_args::{Action, Outcome, RobotArgs, bar, moves};
+use crate::robot_args::{Action, Outcome, WorkArgs, bar, moves};
 use crate::twin::read_limited;
 
 /// Put firmware and bitstreams onto a robot
@@ -48,16 +48,10 @@ pub struct Fx2Args {
     /// Program: Intel HEX, or raw bytes for address 0
     file: PathBuf,
     #[command(flatten)]
-    robot: RobotArgs,
+    on: WorkArgs,
     /// Do not wait for the device to come back
     #[arg(long)]
     no_wait: bool,
-    /// Say what would be done, and do nothing
-    #[arg(long)]
-    dry_run: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
 }
 
 /// Configure the FPGA, or write a bitstream into a slot
@@ -75,7 +69,7 @@ pub struct FpgaArgs {
     /// Bitstream, .bit or raw
     file: PathBuf,
     /// Slot, 0 to 31
-    #[arg(long, value_parser = slot_parser())]
+    #[arg(long, value_parser = parse_slot)]
     slot: Option<u8>,
     /// Name of the bitstream in its slot, at most 23 bytes [default: the file's name]
     #[arg(long, requires = "slot")]
@@ -90,13 +84,7 @@ pub struct FpgaArgs {
     #[arg(long, requires = "slot")]
     boot: bool,
     #[command(flatten)]
-    robot: RobotArgs,
-    /// Say what would be done, and do nothing
-    #[arg(long)]
-    dry_run: bool,
-    /// Print one JSON object for each step
-    #[arg(long)]
-    json: bool,
+    on: WorkArgs,
 }
 
 /// How long a program may take to come back onto the bus.
@@ -132,17 +120,17 @@ pub fn load_program(path: &Path) -> Result<Image> {
 
 fn fx2(args: &Fx2Args) -> Result<()> {
     let image = load_program(&args.file)?;
-    let mut device = args.robot.device()?;
+    let mut device = args.on.robot.device()?;
     let bytes: usize = image.segments().map(|(_, bytes)| bytes.len()).sum();
-    if args.dry_run {
+    if args.on.dry_run {
         let detail = format!("{bytes} bytes into the RAM of {}", device.identity().name);
-        Outcome::new("fx2", Action::WouldWrite, detail).print(args.json);
+        Outcome::new("fx2", Action::WouldWrite, detail).print(args.on.json);
         return Ok(());
     }
     ram::run(&mut *device, &image)?;
     let runs = if args.no_wait { "running".to_owned() } else { returned(&mut *device)? };
     let detail = format!("{bytes} bytes into RAM, read back; {runs}");
-    Outcome::new("fx2", Action::Written, detail).print(args.json);
+    Outcome::new("fx2", Action::Written, detail).print(args.on.json);
     Ok(())
 }
 
@@ -175,30 +163,30 @@ fn fpga_ram(args: &FpgaArgs) -> Result<()> {
     let name = entry_name(&args.file, None)?;
     let (entry, kind) = Entry::of_any_kind(0, &read_file(&args.file)?, name)
         .with_context(|| format!("{} cannot go into the FPGA", args.file.display()))?;
-    let mut turret = args.robot.turret()?;
-    if args.dry_run {
+    let mut turret = args.on.robot.turret()?;
+    if args.on.dry_run {
         let detail = format!("{} bytes", entry.stream.len());
-        Outcome::new("fpga", Action::WouldWrite, detail).print(args.json);
+        Outcome::new("fpga", Action::WouldWrite, detail).print(args.on.json);
         return Ok(());
     }
     let status = turret.configure(&header(&entry), &entry.stream, kind == Kind::Partial)?;
-    Outcome::new("fpga", Action::Written, status_in_words(&status)).print(args.json);
+    Outcome::new("fpga", Action::Written, status_in_words(&status)).print(args.on.json);
     Ok(())
 }
 
 fn fpga_slot(args: &FpgaArgs, slot: u8) -> Result<()> {
     let entry = crate::fpga::load_entry(&args.file, slot, args.name.as_deref())?;
-    let mut turret = args.robot.turret()?;
-    put_slot(&mut turret, &entry, args.dry_run)?.print(args.json);
+    let mut turret = args.on.robot.turret()?;
+    put_slot(&mut turret, &entry, args.on.dry_run)?.print(args.on.json);
     if args.default {
-        put_mark(&mut turret, slot, c::SLOT_RECORD_DEFAULT, args.dry_run)?.print(args.json);
+        put_mark(&mut turret, slot, c::SLOT_RECORD_DEFAULT, args.on.dry_run)?.print(args.on.json);
     }
     if args.golden {
-        put_mark(&mut turret, slot, c::SLOT_RECORD_GOLDEN, args.dry_run)?.print(args.json);
+        put_mark(&mut turret, slot, c::SLOT_RECORD_GOLDEN, args.on.dry_run)?.print(args.on.json);
     }
-    if args.boot && !args.dry_run {
+    if args.boot && !args.on.dry_run {
         let status = turret.boot(Some(slot))?;
-        Outcome::new("fpga", Action::Written, status_in_words(&status)).print(args.json);
+        Outcome::new("fpga", Action::Written, status_in_words(&status)).print(args.on.json);
     }
     Ok(())
 }

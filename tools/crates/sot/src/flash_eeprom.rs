@@ -14,7 +14,7 @@ use turret_link::{Device, ram, select};
 use crate::flash::{load_program, read_program, returned};
 use crate::output::Usage;
 use crate::play;
-use crate::robot_args::{Action, Outcome, RobotArgs, bar, moves};
+use crate::robot_args::{Action, Outcome, WorkArgs, bar, moves};
 
 /// Write the firmware that the turret boots, and its serial number
 ///
@@ -37,13 +37,7 @@ pub struct EepromArgs {
     #[arg(long, value_name = "FILE.ihx")]
     loader: Option<PathBuf>,
     #[command(flatten)]
-    robot: RobotArgs,
-    /// Say what would be done, and do nothing
-    #[arg(long)]
-    dry_run: bool,
-    /// Print one JSON object for each step
-    #[arg(long)]
-    json: bool,
+    on: WorkArgs,
 }
 
 /// The program that writes the EEPROM, in the build folder.
@@ -85,10 +79,10 @@ impl Wanted {
 pub fn run(args: &EepromArgs) -> Result<()> {
     let wanted = Wanted::load(&args.file, args.serial.as_deref())?;
     let loader = args.loader.as_deref();
-    let device = args.robot.device()?;
-    let (_, outcomes) = put(device, &wanted, loader, args.dry_run)?;
+    let device = args.on.robot.device()?;
+    let (_, outcomes) = put(device, &wanted, loader, args.on.dry_run)?;
     for outcome in outcomes {
-        outcome.print(args.json);
+        outcome.print(args.on.json);
     }
     Ok(())
 }

@@ -18,7 +18,7 @@ use crate::flash::put_slot;
 use crate::flash_eeprom::{self, Wanted};
 use crate::flash_khepera;
 use crate::fpga::{load_entry, put_mark, status_in_words};
-use crate::robot_args::{Action, Outcome, RobotArgs};
+use crate::robot_args::{Action, Outcome, WorkArgs};
 
 /// Bring one robot to what a manifest says, and tell whether it is fit to play
 ///
@@ -51,7 +51,7 @@ pub struct ManifestArgs {
     /// The manifest
     manifest: PathBuf,
     #[command(flatten)]
-    robot: RobotArgs,
+    on: WorkArgs,
     /// The base's serial line [default: that of the twin, if it is one]
     #[arg(long, value_name = "PATH")]
     base_line: Option<PathBuf>,
@@ -61,12 +61,6 @@ pub struct ManifestArgs {
     /// The program that writes the EEPROM [default: the one just built]
     #[arg(long, value_name = "FILE.ihx")]
     loader: Option<PathBuf>,
-    /// Say what would be done, and do nothing
-    #[arg(long)]
-    dry_run: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
 }
 
 /// The manifest as it is written.
@@ -144,7 +138,7 @@ pub fn run(args: &ManifestArgs) -> Result<()> {
     let plan = Plan::load(&args.manifest)?;
     let mut outcomes = Vec::new();
     let tell = |outcomes: &mut Vec<Outcome>, outcome: Outcome| {
-        if !args.json {
+        if !args.on.json {
             outcome.print(false);
         }
         outcomes.push(outcome);
@@ -162,17 +156,17 @@ pub fn run(args: &ManifestArgs) -> Result<()> {
 
 /// All that is behind USB.
 fn turret_parts(args: &ManifestArgs, plan: &Plan, tell: &mut dyn FnMut(Outcome)) -> Result<()> {
-    let mut device = args.robot.device()?;
+    let mut device = args.on.robot.device()?;
     if let Some(wanted) = &plan.eeprom {
         let (back, outcomes) =
-            flash_eeprom::put(device, wanted, args.loader.as_deref(), args.dry_run)?;
+            flash_eeprom::put(device, wanted, args.loader.as_deref(), args.on.dry_run)?;
         device = back;
         outcomes.into_iter().for_each(&mut *tell);
     }
     let mut turret = Turret::new(device)?;
     let mut written = false;
     for entry in &plan.entries {
-        let outcome = put_slot(&mut turret, entry, args.dry_run)?;
+        let outcome = put_slot(&mut turret, entry, args.on.dry_run)?;
         written |= outcome.action == Action::Written;
         tell(outcome);
     }
@@ -180,12 +174,12 @@ fn turret_parts(args: &ManifestArgs, plan: &Plan, tell: &mut dyn FnMut(Outcome))
     for (slot, kind) in marks {
         if let Some(slot) = slot {
             // A slot that would only be written now cannot be looked at.
-            let outcome = put_mark(&mut turret, slot, kind, args.dry_run)?;
+            let outcome = put_mark(&mut turret, slot, kind, args.on.dry_run)?;
             written |= outcome.action == Action::Written;
             tell(outcome);
         }
     }
-    tell(fpga_part(&mut turret, written, args.dry_run)?);
+    tell(fpga_part(&mut turret, written, args.on.dry_run)?);
     Ok(())
 }
 
@@ -211,10 +205,10 @@ fn fpga_part(turret: &mut Turret, written: bool, dry_run: bool) -> Result<Outcom
 fn base_part(args: &ManifestArgs, program: &Program) -> Result<Outcome> {
     let line = match &args.base_line {
         Some(line) => line.clone(),
-        None => select::serial_line(args.robot.robot.as_ref())?,
+        None => select::serial_line(args.on.robot.robot.as_ref())?,
     };
     let options = base_link::Options {
-        dry_run: args.dry_run,
+        dry_run: args.on.dry_run,
         wait: Duration::from_secs(args.wait),
         ..base_link::Options::default()
     };
@@ -229,8 +223,8 @@ fn verdict(args: &ManifestArgs, plan: &Plan, outcomes: &[Outcome]) -> Result<()>
     let (failed, missing) = (parts(Action::Failed), parts(Action::WouldWrite));
     let fit = failed.is_empty() && missing.is_empty();
     let without = if plan.base.is_some() { "" } else { " (the manifest names no base)" };
-    if args.json {
-        println!("{}", json!({ "fit": fit, "dry_run": args.dry_run, "parts": outcomes }));
+    if args.on.json {
+        println!("{}", json!({ "fit": fit, "dry_run": args.on.dry_run, "parts": outcomes }));
     } else if fit {
         println!("fit to play{without}");
     }

@@ -13,7 +13,7 @@ use virtex::store::{Entry, State};
 
 use crate::list::{print_slot, slot_as_json};
 use crate::output::{Usage, read_file, write_file};
-use crate::robot_args::{Action, Outcome, RobotArgs, bar, moves};
+use crate::robot_args::{Action, AskArgs, Outcome, RobotArgs, WorkArgs, bar, moves};
 
 /// The turret's FPGA and its 32 bitstream slots
 #[derive(Subcommand)]
@@ -40,10 +40,7 @@ Examples:
   sot fpga slots --json       one JSON array of all 32")]
 pub struct SlotsArgs {
     #[command(flatten)]
-    robot: RobotArgs,
-    /// Print one JSON array of all slots
-    #[arg(long)]
-    json: bool,
+    on: AskArgs,
 }
 
 /// Tell how the FPGA's configuration stands
@@ -56,10 +53,7 @@ Examples:
   sot fpga status --json")]
 pub struct StatusArgs {
     #[command(flatten)]
-    robot: RobotArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    on: AskArgs,
 }
 
 /// Configure the FPGA from a slot
@@ -70,13 +64,10 @@ Examples:
   sot fpga boot               the default slot, as at power-on")]
 pub struct BootArgs {
     /// Slot, 0 to 31 [default: the default slot]
-    #[arg(value_parser = slot_parser())]
+    #[arg(value_parser = parse_slot)]
     slot: Option<u8>,
     #[command(flatten)]
-    robot: RobotArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    on: AskArgs,
 }
 
 /// Read slots back and check them, against their check sums or a file
@@ -88,15 +79,12 @@ Examples:
   sot fpga verify 3 soccer.bit")]
 pub struct VerifyArgs {
     /// Slot, 0 to 31 [default: all that are in use]
-    #[arg(value_parser = slot_parser())]
+    #[arg(value_parser = parse_slot)]
     slot: Option<u8>,
     /// Bitstream that must be in it
     file: Option<PathBuf>,
     #[command(flatten)]
-    robot: RobotArgs,
-    /// Print one JSON object a slot
-    #[arg(long)]
-    json: bool,
+    on: AskArgs,
 }
 
 /// Read a slot's bitstream into a file
@@ -108,7 +96,7 @@ Examples:
   sot fpga read 3 -o soccer.bin")]
 pub struct ReadArgs {
     /// Slot, 0 to 31
-    #[arg(value_parser = slot_parser())]
+    #[arg(value_parser = parse_slot)]
     slot: u8,
     /// File to write
     #[arg(short, long)]
@@ -126,16 +114,10 @@ Examples:
   sot fpga erase 3")]
 pub struct EraseArgs {
     /// Slot, 0 to 31
-    #[arg(value_parser = slot_parser())]
+    #[arg(value_parser = parse_slot)]
     slot: u8,
     #[command(flatten)]
-    robot: RobotArgs,
-    /// Say what would be done, and do nothing
-    #[arg(long)]
-    dry_run: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    on: WorkArgs,
 }
 
 /// Make a slot the one that the robot starts from
@@ -145,16 +127,10 @@ Examples:
   sot fpga default 3          from the next power-on; `sot fpga boot` does it now")]
 pub struct MarkArgs {
     /// Slot, 0 to 31
-    #[arg(value_parser = slot_parser())]
+    #[arg(value_parser = parse_slot)]
     slot: u8,
     #[command(flatten)]
-    robot: RobotArgs,
-    /// Say what would be done, and do nothing
-    #[arg(long)]
-    dry_run: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    on: WorkArgs,
 }
 
 /// Make a slot the one that serves when another fails
@@ -167,9 +143,11 @@ pub struct GoldenArgs {
     mark: MarkArgs,
 }
 
-/// The numbers of slots.
-pub fn slot_parser() -> clap::builder::RangedI64ValueParser<u8> {
-    clap::value_parser!(u8).range(0..i64::from(c::SLOT_COUNT))
+/// The number of a slot.
+pub fn parse_slot(text: &str) -> Result<u8, String> {
+    let slots = c::SLOT_COUNT as u8;
+    let slot = text.parse().ok().filter(|slot| *slot < slots);
+    slot.ok_or_else(|| format!("slots are 0 to {}", slots - 1))
 }
 
 /// Run the verb.
@@ -188,8 +166,8 @@ pub fn run(command: &Command) -> Result<()> {
 }
 
 fn slots(args: &SlotsArgs) -> Result<()> {
-    let slots = args.robot.turret()?.slots()?;
-    if args.json {
+    let slots = args.on.robot.turret()?.slots()?;
+    if args.on.json {
         println!("{}", Value::Array(slots.iter().map(slot_as_json).collect()));
         return Ok(());
     }
@@ -200,8 +178,8 @@ fn slots(args: &SlotsArgs) -> Result<()> {
 }
 
 fn status(args: &StatusArgs) -> Result<()> {
-    let status = args.robot.turret()?.config_settled()?;
-    if args.json {
+    let status = args.on.robot.turret()?.config_settled()?;
+    if args.on.json {
         println!("{}", status_as_json(&status));
     } else {
         println!("{}", status_in_words(&status));
@@ -215,8 +193,8 @@ fn status(args: &StatusArgs) -> Result<()> {
 }
 
 fn boot(args: &BootArgs) -> Result<()> {
-    let status = args.robot.turret()?.boot(args.slot)?;
-    if args.json {
+    let status = args.on.robot.turret()?.boot(args.slot)?;
+    if args.on.json {
         println!("{}", status_as_json(&status));
     } else {
         println!("{}", status_in_words(&status));
@@ -229,7 +207,7 @@ fn verify(args: &VerifyArgs) -> Result<()> {
         (Some(path), Some(slot)) => Some(load_entry(path, slot, None)?),
         _ => None,
     };
-    let mut turret = args.robot.turret()?;
+    let mut turret = args.on.robot.turret()?;
     let slots: Vec<u8> = match args.slot {
         Some(slot) => vec![slot],
         None => {
@@ -240,7 +218,7 @@ fn verify(args: &VerifyArgs) -> Result<()> {
     let mut bad = Vec::new();
     for slot in &slots {
         let verdict = verify_slot(&mut turret, *slot, wanted.as_ref());
-        if args.json {
+        if args.on.json {
             let error = verdict.as_ref().err().map(|error| format!("{error:#}"));
             println!("{}", json!({"slot": slot, "ok": verdict.is_ok(), "error": error}));
         } else if let Ok(words) = &verdict {
@@ -248,7 +226,7 @@ fn verify(args: &VerifyArgs) -> Result<()> {
         }
         bad.extend(verdict.err());
     }
-    if slots.is_empty() && !args.json {
+    if slots.is_empty() && !args.on.json {
         println!("no slot is in use");
     }
     match bad.len() {
@@ -295,16 +273,16 @@ fn read(args: &ReadArgs) -> Result<()> {
 }
 
 fn erase(args: &EraseArgs) -> Result<()> {
-    let mut turret = args.robot.turret()?;
+    let mut turret = args.on.robot.turret()?;
     let part = format!("slot {}", args.slot);
     let (slot, _) = turret.slot(args.slot)?;
     if slot.state == State::Empty {
-        Outcome::new(part, Action::Unchanged, "was empty").print(args.json);
-    } else if args.dry_run {
-        Outcome::new(part, Action::WouldWrite, "it would be erased").print(args.json);
+        Outcome::new(part, Action::Unchanged, "was empty").print(args.on.json);
+    } else if args.on.dry_run {
+        Outcome::new(part, Action::WouldWrite, "it would be erased").print(args.on.json);
     } else {
         turret.erase(args.slot)?;
-        Outcome::new(part, Action::Written, "erased").print(args.json);
+        Outcome::new(part, Action::Written, "erased").print(args.on.json);
     }
     Ok(())
 }
@@ -315,7 +293,7 @@ pub fn mark_name(kind: u32) -> &'static str {
 }
 
 fn mark(args: &MarkArgs, kind: u32) -> Result<()> {
-    put_mark(&mut args.robot.turret()?, args.slot, kind, args.dry_run)?.print(args.json);
+    put_mark(&mut args.on.robot.turret()?, args.slot, kind, args.on.dry_run)?.print(args.on.json);
     Ok(())
 }
 

@@ -6,7 +6,7 @@ use common_sys::link::{Register, registers};
 use serde_json::{Value, json};
 
 use crate::output::Usage;
-use crate::robot_args::RobotArgs;
+use crate::robot_args::AskArgs;
 
 /// Read or write the FPGA's registers
 ///
@@ -30,10 +30,7 @@ pub struct RegArgs {
     /// What to write: decimal, hexadecimal with 0x, or "default"
     value: Option<String>,
     #[command(flatten)]
-    robot: RobotArgs,
-    /// Print one JSON object, names and values
-    #[arg(long)]
-    json: bool,
+    on: AskArgs,
     /// With --json: for each name an object with value, address, unit, reset, min, max and text
     #[arg(long, requires = "json")]
     describe: bool,
@@ -46,7 +43,7 @@ pub fn run(args: &RegArgs) -> Result<()> {
         (Some(address), Some("default")) => Some(default_of(address)?),
         (_, value) => value.map(parse_value).transpose()?,
     };
-    let mut turret = args.robot.turret()?;
+    let mut turret = args.on.robot.turret()?;
     turret.config_settled()?;
     if let (Some(address), Some(value)) = (chosen, value) {
         turret.set_register(address, value).map_err(|error| match u32::from(address) {
@@ -69,13 +66,13 @@ pub fn run(args: &RegArgs) -> Result<()> {
         let value = turret.register(address)?;
         if args.describe {
             object.insert(shown_name(address), described(address, value));
-        } else if args.json {
+        } else if args.on.json {
             object.insert(shown_name(address), json!(value));
         } else {
             println!("{}", line(address, value));
         }
     }
-    if args.json {
+    if args.on.json {
         println!("{}", Value::Object(object));
     }
     Ok(())

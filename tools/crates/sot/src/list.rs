@@ -9,7 +9,7 @@ use turret_link::{Identity, real, select};
 use virtex::store::{Slot, State};
 
 use crate::fpga::{function_name, status_as_json, status_in_words};
-use crate::robot_args::RobotArgs;
+use crate::robot_args::AskArgs;
 
 /// List the robots on USB and the running twins
 #[derive(clap::Args)]
@@ -34,10 +34,7 @@ Examples:
   sot info --robot usb:SOT000000042 --json")]
 pub struct InfoArgs {
     #[command(flatten)]
-    robot: RobotArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    on: AskArgs,
 }
 
 /// Run `sot list`.
@@ -116,13 +113,13 @@ fn of_twin(running: &Running) -> Row {
 
 /// Run `sot info`.
 pub fn info(args: &InfoArgs) -> Result<()> {
-    let mut turret = args.robot.turret()?;
+    let mut turret = args.on.robot.turret()?;
     let status = turret.config_settled()?;
     // A turret without flash still tells the rest.
     let slots = turret.slots().map_err(|error| error.to_string());
     let eeprom = boots_from(&mut turret);
     let identity = turret.device().identity().clone();
-    if args.json {
+    if args.on.json {
         let (slots, flash_error) = match &slots {
             Ok(slots) => (slots.iter().filter(|s| is_used(s)).map(slot_as_json).collect(), None),
             Err(error) => (Vec::new(), Some(error)),

@@ -40,6 +40,29 @@ impl RobotArgs {
     }
 }
 
+/// Which robot to ask, and how to tell.
+#[derive(clap::Args)]
+pub struct AskArgs {
+    #[command(flatten)]
+    pub robot: RobotArgs,
+    /// Print JSON: one object, or one array
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Which robot to work on, whether in earnest, and how to tell.
+#[derive(clap::Args)]
+pub struct WorkArgs {
+    #[command(flatten)]
+    pub robot: RobotArgs,
+    /// Only look and tell what would be done
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Print JSON: one object for each step
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// A bar on standard error, if that is a terminal.
 pub fn bar(what: &str) -> ProgressBar {
     let bar = ProgressBar::new(1);

@@ -22,7 +22,7 @@ use turret_link::turret::Turret;
 use crate::fpga_reg::name_of;
 use crate::interrupt::{self, Interrupted};
 use crate::output::{Usage, write_picture};
-use crate::robot_args::RobotArgs;
+use crate::robot_args::AskArgs;
 
 /// Record what both eyes see, and look at what was recorded
 #[derive(Subcommand)]
@@ -61,7 +61,7 @@ pub struct RecordArgs {
     /// File to write; the index goes beside it, as FILE.index
     file: PathBuf,
     #[command(flatten)]
-    robot: RobotArgs,
+    on: AskArgs,
     /// End after so many seconds of the PC's clock
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
@@ -80,9 +80,6 @@ pub struct RecordArgs {
     /// Overwrite FILE
     #[arg(long)]
     force: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
 }
 
 /// Tell what a recording holds
@@ -263,7 +260,7 @@ fn record(args: &RecordArgs) -> Result<()> {
         return Err(Usage("--seconds must be above 0 and below 1000000".into()).into());
     }
     let stop = interrupt::watch();
-    let mut turret = args.robot.turret()?;
+    let mut turret = args.on.robot.turret()?;
     turret.config_settled()?;
     let settings =
         StreamSettings { large: args.size == Size::Large, pattern: args.pattern, rate: args.rate };
@@ -352,7 +349,7 @@ fn verdict(args: &RecordArgs, recorder: Recorder) -> Result<()> {
     damage.extend(parser.finish().err().map(|rest| rest.to_string()));
     let found = checker.finish();
     let good = damage.is_empty() && found.counts_differ == 0 && found.disorder == 0;
-    if args.json {
+    if args.on.json {
         let [number, sent, lost] = found.end.unwrap_or_default();
         println!(
             "{}",

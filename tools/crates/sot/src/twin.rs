@@ -95,7 +95,7 @@ pub struct Fx2Args {
 }
 
 /// Main memory.
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum RamSize {
     /// 8 KiB
     #[value(name = "8k")]
@@ -176,7 +176,7 @@ fn begin(args: &Fx2Args) -> Result<Snapshot> {
         external_ram: false,
     });
     if let Some(path) = &args.image {
-        load_image(&mut chip, path)?;
+        load_image(&mut chip, path, args.ram)?;
     }
     let eeprom = args.eeprom.as_deref().map(read_eeprom).transpose()?;
     Ok(Snapshot { chip, eeprom })
@@ -239,7 +239,7 @@ pub fn read_limited(path: &Path, limit: u64, verdict: &str) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn load_image(chip: &mut Fx2, path: &Path) -> Result<()> {
+fn load_image(chip: &mut Fx2, path: &Path, ram: RamSize) -> Result<()> {
     let bytes = read_limited(path, IMAGE_FILE_MAX, NOT_FX2)?;
     let has_colon = bytes.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b':');
     let is_hex = path.extension().is_some_and(|ending| {
@@ -252,7 +252,11 @@ fn load_image(chip: &mut Fx2, path: &Path) -> Result<()> {
         Image::parse(&bytes)
     };
     let image = image.with_context(|| format!("{} cannot be used", path.display()))?;
-    chip.load(&image).with_context(|| format!("cannot load {}", path.display()))?;
+    chip.load(&image).with_context(|| {
+        let fits_16k = ram == RamSize::K8 && image.check(Ram::K16.bytes()).is_ok();
+        let cure = if fits_16k { " into 8 KB; it fits an FX2LP, --ram 16k" } else { "" };
+        format!("cannot load {}{cure}", path.display())
+    })?;
     if !has_colon {
         let odd = if bytes.len() % 2 == 1 { ", an odd number" } else { "" };
         eprintln!("{}: {} raw bytes{odd}, taken as they are", path.display(), bytes.len());

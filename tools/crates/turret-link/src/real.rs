@@ -1,6 +1,7 @@
 //! A device on this machine's USB, through the operating system.
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::time::{Duration, Instant};
 
 use nusb::transfer::TransferError;
@@ -75,14 +76,9 @@ impl Real {
     /// If that is not allowed, or another program has it.
     pub fn open(info: DeviceInfo) -> Result<Self, LinkError> {
         let name = name(&info);
-        let refused = |error: nusb::Error| match error.kind() {
-            ErrorKind::PermissionDenied => LinkError::Permission(name.clone()),
-            ErrorKind::Busy => LinkError::Busy(name.clone()),
-            ErrorKind::Disconnected | ErrorKind::NotFound => LinkError::Gone,
-            _ => LinkError::Other(format!("cannot use {name}: {error}")),
-        };
-        let device = info.open().wait().map_err(refused)?;
-        let interface = device.claim_interface(0).wait().map_err(refused)?;
+        let not_opened = |error: nusb::Error| not_opened(error.kind(), &name, &error);
+        let device = info.open().wait().map_err(not_opened)?;
+        let interface = device.claim_interface(0).wait().map_err(not_opened)?;
         let identity = identity(&info);
         Ok(Self { info, identity, interface, readers: BTreeMap::new() })
     }
@@ -93,6 +89,16 @@ impl Real {
             self.readers.insert(endpoint, opened);
         }
         self.readers.get_mut(&endpoint).ok_or(LinkError::Gone)
+    }
+}
+
+/// Why the device `name` cannot be used, from what the system says.
+fn not_opened(kind: ErrorKind, name: &str, said: &dyn Display) -> LinkError {
+    match kind {
+        ErrorKind::PermissionDenied => LinkError::Permission(name.to_owned()),
+        ErrorKind::Busy => LinkError::Busy(name.to_owned()),
+        ErrorKind::Disconnected | ErrorKind::NotFound => LinkError::Gone,
+        _ => LinkError::Other(format!("cannot use {name}: {said}")),
     }
 }
 
@@ -114,8 +120,8 @@ fn failed(error: TransferError, patience: Duration) -> LinkError {
     }
 }
 
-fn refused(error: &nusb::Error) -> LinkError {
-    match error.kind() {
+fn refused(kind: ErrorKind) -> LinkError {
+    match kind {
         ErrorKind::Disconnected | ErrorKind::NotFound => LinkError::Gone,
         _ => LinkError::Refused,
     }
@@ -171,7 +177,7 @@ impl Device for Real {
 
     fn set_alternate(&mut self, setting: u8) -> Result<(), LinkError> {
         self.readers.clear();
-        self.interface.set_alt_setting(setting).wait().map_err(|error| refused(&error))
+        self.interface.set_alt_setting(setting).wait().map_err(|error| refused(error.kind()))
     }
 
     fn clear_halt(&mut self, endpoint: u8) -> Result<(), LinkError> {
@@ -181,7 +187,7 @@ impl Device for Real {
             let opened = self.interface.endpoint::<Bulk, Out>(endpoint);
             opened.map_err(no_endpoint)?.clear_halt().wait()
         };
-        cleared.map_err(|error| refused(&error))
+        cleared.map_err(|error| refused(error.kind()))
     }
 
     fn bulk_out(&mut self, endpoint: u8, data: &[u8], patience: Duration) -> Result<(), LinkError> {
@@ -261,5 +267,34 @@ impl Device for Real {
             }
             std::thread::sleep(LOOK_PERIOD);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_system_refuses_is_told_with_its_cure() {
+        let said = |kind| not_opened(kind, "usb:SOT1", &"odd").to_string();
+        let denied = said(ErrorKind::PermissionDenied);
+        assert!(denied.contains("usb:SOT1") && denied.contains("99-stereosot.rules"), "{denied}");
+        assert!(said(ErrorKind::Busy).contains("another program"));
+        assert!(said(ErrorKind::Disconnected).contains("gone"));
+        assert!(said(ErrorKind::NotFound).contains("gone"));
+        assert_eq!(said(ErrorKind::Unsupported), "cannot use usb:SOT1: odd");
+    }
+
+    #[test]
+    fn a_pulled_cable_is_no_stall_and_no_time_out() {
+        let failed = |error| failed(error, Duration::from_secs(2));
+        assert!(matches!(failed(TransferError::Disconnected), LinkError::Gone));
+        assert!(matches!(failed(TransferError::Stall), LinkError::Refused));
+        assert!(matches!(failed(TransferError::Cancelled), LinkError::Timeout(2.0)));
+        assert!(matches!(failed(TransferError::Fault), LinkError::Other(_)));
+        for kind in [ErrorKind::Disconnected, ErrorKind::NotFound] {
+            assert!(matches!(refused(kind), LinkError::Gone), "{kind:?}");
+        }
+        assert!(matches!(refused(ErrorKind::Other), LinkError::Refused));
     }
 }

@@ -9,7 +9,7 @@ use fx2::Fx2;
 use fx2::eeprom::Eeprom;
 use fx2::host::{Bench, Host, Request};
 use fx2::image::Image;
-use fx2::pins::{Board, Driven, Sensed};
+use fx2::pins::{Driven, Tap, Tapped};
 use sim::{MS, NS, Ps, US};
 use twin::flash::Flash;
 use twin::turret::Turret;
@@ -22,23 +22,22 @@ const SLOT: u8 = 0;
 const CPU_HZ: f64 = 12e6;
 const USB_VECTOR: u16 = 0x43;
 
-/// The turret, and somebody who counts the bytes that the FPGA is given.
-struct Watched {
-    turret: Turret,
+/// Somebody who counts the bytes that the FPGA is given.
+struct Watch {
     cclk: bool,
     bytes: u32,
     first: Ps,
     last: Ps,
 }
 
-impl Watched {
+impl Watch {
     fn forget(&mut self) {
         self.bytes = 0;
     }
 }
 
-impl Board for Watched {
-    fn drive(&mut self, now: Ps, driven: &Driven) {
+impl Tap for Watch {
+    fn driven(&mut self, now: Ps, driven: &Driven) {
         let cclk = (driven.ctl | !driven.ctl_enable) >> c::TURRET_CTL_CCLK & 1 != 0;
         let deselected = (driven.port[0] | !driven.port_enable[0]) >> c::TURRET_PA_FPGA_CS & 1 != 0;
         if cclk && !self.cclk && !deselected {
@@ -49,28 +48,12 @@ impl Board for Watched {
             self.last = now;
         }
         self.cclk = cclk;
-        self.turret.drive(now, driven);
-    }
-    fn sense(&mut self, now: Ps) -> Sensed {
-        self.turret.sense(now)
-    }
-    fn i2c_start(&mut self, now: Ps, address_and_direction: u8) -> bool {
-        self.turret.i2c_start(now, address_and_direction)
-    }
-    fn i2c_write(&mut self, now: Ps, byte: u8) -> bool {
-        self.turret.i2c_write(now, byte)
-    }
-    fn i2c_read(&mut self, now: Ps, acknowledge: bool) -> u8 {
-        self.turret.i2c_read(now, acknowledge)
-    }
-    fn i2c_stop(&mut self, now: Ps) {
-        self.turret.i2c_stop(now);
     }
 }
 
 struct Robot {
     fx2: Fx2,
-    board: Watched,
+    board: Tapped<Turret, Watch>,
     host: Host,
 }
 
@@ -78,7 +61,8 @@ impl Robot {
     fn new(image: &Image, flash: &[u8]) -> Result<Self, Box<dyn std::error::Error>> {
         let eeprom = Eeprom::large(c::TURRET_EEPROM_ADDRESS as u8, &[])?;
         let turret = Turret::new(Flash::from_image(flash)?, eeprom);
-        let board = Watched { turret, cclk: true, bytes: 0, first: 0, last: 0 };
+        let tap = Watch { cclk: true, bytes: 0, first: 0, last: 0 };
+        let board = Tapped { board: turret, tap };
         let mut fx2 = Fx2::new(fx2::Config::default());
         fx2.load(image)?;
         Ok(Self { fx2, board, host: Host::new() })
@@ -96,7 +80,7 @@ impl Robot {
         while self.fx2.now() < end {
             self.run_until(self.fx2.now() + 10 * US);
             let now = self.fx2.now();
-            if self.board.turret.fpga.function(now).is_some() {
+            if self.board.board.fpga.function(now).is_some() {
                 return Ok(now);
             }
         }
@@ -148,20 +132,20 @@ fn milliseconds(time: Ps) -> f64 {
     time as f64 / MS as f64
 }
 
-fn cycles_a_byte(board: &Watched) -> f64 {
-    (board.last - board.first) as f64 / 1e12 * CPU_HZ / f64::from(board.bytes - 1)
+fn cycles_a_byte(watch: &Watch) -> f64 {
+    (watch.last - watch.first) as f64 / 1e12 * CPU_HZ / f64::from(watch.bytes - 1)
 }
 
 fn from_flash(image: &Image, stream: &[u8]) -> Result<Vec<Row>, Box<dyn std::error::Error>> {
     let entry = Entry::from_file(SLOT, stream, "soccer".into())?;
     let mut robot = Robot::new(image, &pack(&[entry], SLOT))?;
     let up = robot.run_until_done()?;
-    let stream_time = robot.board.last - robot.board.first;
-    let a_byte = cycles_a_byte(&robot.board);
+    let stream_time = robot.board.tap.last - robot.board.tap.first;
+    let a_byte = cycles_a_byte(&robot.board.tap);
     robot.connect()?;
     let idle = robot.interrupt_cycles();
 
-    robot.board.forget();
+    robot.board.tap.forget();
     let begin = robot.fx2.now();
     robot.out(vendor(c::REQUEST_CONFIG_BOOT, SLOT.into()), &[])?;
     robot.run_until(begin + 2 * MS); // PROG# has taken the old design away
@@ -204,7 +188,7 @@ fn over_usb(image: &Image, stream: &[u8]) -> Result<Vec<Row>, Box<dyn std::error
     let begin = vendor(c::REQUEST_CONFIG_BEGIN, c::CONFIG_BEGIN_FULL as u16);
     robot.out(begin, &slot_header_encode(&header))?;
     robot.run_until(robot.fx2.now() + 10 * MS); // it clears itself
-    robot.board.forget();
+    robot.board.tap.forget();
     for packet in stream.chunks(512) {
         let mut bench = Bench { fx2: &mut robot.fx2, board: &mut robot.board };
         robot.host.bulk_out(&mut bench, 2, packet)?;
@@ -217,8 +201,8 @@ fn over_usb(image: &Image, stream: &[u8]) -> Result<Vec<Row>, Box<dyn std::error
     if status.is_none_or(|status| u32::from(status.result) != c::CONFIG_OK) {
         return Err("the configuration over USB failed".into());
     }
-    let time = milliseconds(robot.board.last - robot.board.first);
-    let a_byte = cycles_a_byte(&robot.board);
+    let time = milliseconds(robot.board.tap.last - robot.board.tap.first);
+    let a_byte = cycles_a_byte(&robot.board.tap);
     let row = |what, measured, limit, unit, peer| Row { what, measured, limit, unit, peer };
     Ok(vec![
         row("over USB: first to last byte", time, Some(12.0), "ms", "2 GPIF states: 9.8 ms"),
