@@ -103,6 +103,7 @@ uint8_t configure_from_usb(uint8_t kind)
         return 0;
     if (kind == CONFIG_BEGIN_PARTIAL && !fpga_port_done_level())
         return 0;
+    usb_bulk_reset(); /* as store_begin() does, and why */
     begin(CONFIG_FROM_USB + kind, CONFIG_NO_SLOT);
     from_usb = 1;
     if (kind == CONFIG_BEGIN_PARTIAL)

@@ -138,6 +138,8 @@ uint8_t store_begin(void)
     flash_at_block = first_block;
     flash_at_offset = 0;
     put_bytes();
+    /* A job before may have left 02 open: what came now would be lost when this one opens it. */
+    usb_bulk_reset();
     flash_bus_select();
     enter(await_flash);
     return 1;
@@ -205,7 +207,6 @@ static void prepare(void)
     if (operation == REQUEST_STORE_READ) {
         flash_at_block = first_block;
         flash_at_offset = 0;
-        usb_bulk_reset();
         enter(read);
         return;
     }
