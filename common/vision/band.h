@@ -16,11 +16,11 @@
 #include "vision/frame.h"
 
 #define BLOCK_SIZE        8
-#define BAND_ROWS_ABOVE   6
-#define BAND_ROWS         12
+#define BAND_MISALIGNMENT 2 /* rows the left eye may be off; most that match_rows takes */
+#define BAND_ROWS_ABOVE   (BLOCK_SIZE / 2 + BAND_MISALIGNMENT)
+#define BAND_ROWS         (BLOCK_SIZE + 2 * BAND_MISALIGNMENT)
 #define BAND_LINE         BAND_ROWS_ABOVE /* index of the epipolar line within the band */
 #define BAND_MAX_EDGES    64
-#define BAND_MISALIGNMENT 2 /* rows the left eye may be off, either way */
 
 /* A vertical edge of the profile. Levels are sums over BLOCK_SIZE rows of grey, 0..2040. */
 typedef struct {
