@@ -287,6 +287,14 @@ static int steer(robot_t *robot)
     return 1;
 }
 
+/* Time since the travel of the wheels was measured, at most the fine clock's 0.66 s. */
+static int32_t since_travel_100us(const robot_t *robot)
+{
+    uint16_t since_fine = (uint16_t)(now_fine(robot) - robot->travel_fine);
+
+    return (int32_t)((uint32_t)since_fine * 10000u / BASE_FINE_HZ);
+}
+
 SELDOM static void use_report(robot_t *robot, const uint8_t wire[REPORT_SIZE], uint16_t age_100us)
 {
     report_t report;
@@ -311,7 +319,7 @@ SELDOM static void use_report(robot_t *robot, const uint8_t wire[REPORT_SIZE], u
     robot->silent_ticks = 0;
     heed_stop_word(robot); /* what it turned off, a report may not turn on */
     if (robot->playing) {
-        soccer_see(&robot->soccer, &report, age_100us);
+        soccer_see(&robot->soccer, &report, (int32_t)age_100us - since_travel_100us(robot));
         if (!steer(robot))
             motion_off(&robot->motion);
         motion_refresh(&robot->motion, duty);
@@ -399,6 +407,7 @@ void robot_tick(robot_t *robot)
 
     heed_stop_word(robot);
     measure_travel(robot, moved);
+    robot->travel_fine = begin;
     robot->ticks++;
     freshness_tick(&robot->fresh);
     robot->log.time_ms = robot->ticks * MS_PER_TICK;

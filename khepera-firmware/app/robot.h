@@ -41,10 +41,11 @@ typedef struct robot {
     tasks_t tasks;
     telemetry_t telemetry;
     adc_readings_t sensors;
-    int32_t counts[2]; /* encoders at the last tick */
-    uint32_t ticks;    /* since start, 10 ms */
-    uint32_t reports;  /* good ones */
-    report_t report;   /* the last good one; its version is 0 before the first */
+    int32_t counts[2];    /* encoders at the last tick */
+    uint16_t travel_fine; /* ... and when they were read */
+    uint32_t ticks;       /* since start, 10 ms */
+    uint32_t reports;     /* good ones */
+    report_t report;      /* the last good one; its version is 0 before the first */
     uint16_t bad_reports;
     uint16_t stale_reports; /* repeated, out of order, held up */
     freshness_t fresh;

@@ -85,9 +85,10 @@ void soccer_tick(soccer_t *soccer, const int32_t counts[2])
     tell_belief(soccer);
 }
 
-void soccer_see(soccer_t *soccer, const report_t *report, uint16_t age_100us)
+void soccer_see(soccer_t *soccer, const report_t *report, int32_t age_100us)
 {
     sightings_t sightings;
+    int32_t exposed_100us = age_100us + report->delay + CAMERA_EXPOSURE_TO_END_US / 100;
 
     if (report->flags & TELLS_SOMETHING)
         soccer->untold_ticks = 0;
@@ -97,8 +98,7 @@ void soccer_see(soccer_t *soccer, const report_t *report, uint16_t age_100us)
         soccer->dark_ticks =
             soccer->untold_ticks < SOCCER_BLIND_SPOT_TICKS ? 0 : SOCCER_DARK_SEARCH_TICKS;
     sightings_from_report(report, soccer->tuning, &sightings);
-    world_see(&soccer->world, &sightings,
-              (uint32_t)age_100us + report->delay + CAMERA_EXPOSURE_TO_END_US / 100);
+    world_see(&soccer->world, &sightings, exposed_100us > 0 ? (uint32_t)exposed_100us : 0);
     decide(soccer);
 }
 

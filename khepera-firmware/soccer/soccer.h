@@ -41,8 +41,9 @@ void soccer_start(soccer_t *soccer, angle_t heading);
  * anew if no report has made it do so for a while. */
 void soccer_tick(soccer_t *soccer, const int32_t counts[2]);
 
-/* A report whose attention interrupt came `age_100us` (units of 100 us) ago. Decides anew. */
-void soccer_see(soccer_t *soccer, const report_t *report, uint16_t age_100us);
+/* A report whose attention interrupt came `age_100us` (units of 100 us) before the latest tick;
+ * negative: after it, as is usual. Decides anew. */
+void soccer_see(soccer_t *soccer, const report_t *report, int32_t age_100us);
 
 /* The wheel speeds to drive with now. 0: the motors must be off, because for so long no report has
  * told of anything (dark eyes); after a second of that it turns on the spot. */

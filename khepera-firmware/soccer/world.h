@@ -69,7 +69,7 @@ void world_tick(world_t *world, const int32_t counts[2]);
 /* Wheels have turned without the robot moving as they say: its place is less certain. */
 void world_slipped(world_t *world);
 
-/* What a report told, exposed `age_100us` ago. */
+/* What a report told, exposed `age_100us` before the latest tick. */
 void world_see(world_t *world, const sightings_t *sightings, uint32_t age_100us);
 
 /* Is a wall or the opponent believed to be so close before the eyes that they see nothing else? */
